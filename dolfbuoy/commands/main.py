@@ -242,6 +242,10 @@ def main() -> None:
 
 def _fail(message: str, code: int) -> None:
     message += "" if message.endswith(".") else "."
+    try:
+        sys.stdout.flush()
+    except OSError:  # what cannot be written would make another exit code of Python's own attempt at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     ranks.end(lambda: err.print(message, soft_wrap=True, highlight=False, markup=False), code)
 
 

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Outputs in the table where none are asked for, as far as there are.
 USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
+#: Amplitude per metre below which a motion is none.
+SMALL = 1e-6
 
 
 @app.command()
@@ -36,6 +38,7 @@ def sensitivity(
     every: Annotated[bool, typer.Option("--all", help="By all numbers of the scene that are not zero.")] = False,
     static: Annotated[bool, typer.Option("--static", help="Of the equilibrium.")] = False,
     periods: Annotated[bool, typer.Option("--modes", help="Of natural periods and damping.")] = False,
+    response: Annotated[bool, typer.Option("--response", help="Of the largest linear response to waves.")] = False,
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
@@ -45,14 +48,17 @@ def sensitivity(
 
     if every and by is not None:
         raise InputError("--all: does not go with --by.")
-    if static and periods:
-        raise InputError("--static: does not go with --modes.")
+    kinds = [name for name, chosen in (("static", static), ("modes", periods), ("response", response)) if chosen]
+    if len(kinds) > 1:
+        raise InputError(f"--{kinds[0]}: does not go with --{kinds[1]}.")
     loaded, folder = load(scene, assign), folder_of(scene, folder)
-    what = "static" if static else "modes" if periods else "run"
+    what = kinds[0] if kinds else "run"
     found = sensitivities(loaded, listed("--by", by), listed("--of", of), folder, what)
     if rank() != 0:
         return
-    columns = {"run": _of_run, "static": _at_rest, "modes": _of_modes}[what](found, of is not None)
+    columns = {"run": _of_run, "static": _at_rest, "modes": _of_modes, "response": _of_response}[what](
+        found, of is not None
+    )
     order = np.argsort(
         [
             -max((abs(x[k]) for x in columns.values() if np.isfinite(x[k])), default=0)
@@ -134,6 +140,24 @@ def _of_modes(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:
         for k in range(len(periods))
         if np.isfinite(periods[k])
     }
+
+
+def _of_response(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:
+    """Elasticities of the largest amplitude of each motion of the buoys over the periods."""
+    columns = {}
+    for buoy in found.buoy.values if "buoy" in found.dims else ():
+        for motion in found.motion.values:
+            X, slope = (found[name].sel(buoy=buoy, motion=motion) for name in ("rao", "d_rao"))
+            size = np.hypot(X.sel(part="real").values, X.sel(part="imaginary").values)
+            k = int(size.argmax())
+            if size[k] > SMALL:
+                rate = (
+                    sum(X.sel(part=p).values[k] * slope.sel(part=p).values[:, k] for p in ("real", "imaginary"))
+                    / size[k]
+                )
+                several = f" of {buoy}" if found.sizes["buoy"] > 1 else ""
+                columns[f"{motion}{several}, {found.period.values[k]:.3g} s"] = _relative(found, rate, size[k])
+    return columns
 
 
 def _relative(found: "xr.Dataset", slope: "NDArray[Any]", value: "NDArray[Any]") -> "NDArray[Any]":

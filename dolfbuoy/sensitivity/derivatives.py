@@ -47,7 +47,8 @@ def sensitivities(
 
     by: keys of numbers, entries of vectors ("cable.top.amplitude.2") or whole ones, which are varied by a factor;
     default: all that are not zero.  of: outputs, as tension_top.max; default: all.  out: folder for sensitivity.nc.
-    what: "run", "static" (the equilibrium) or "modes" (natural periods and damping of the slowest ten).
+    what: "run", "static" (the equilibrium), "modes" (natural periods and damping of the slowest ten) or "response" (to
+    waves, linear).
 
     Returns, complete on rank 0, over `parameter`: `d_NAME` of every series, (parameter, time, ...), at rest without
     time, or over mode; of a run also `d_output` (parameter, output), per unit of the number, and `elasticity`, in per
@@ -159,8 +160,31 @@ def of_modes(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM
     return _labelled(base, scene, parameters)
 
 
+def of_response(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":
+    """Linear response to waves and its derivatives at the same periods.  Raises InputError, SolveError."""
+    from ..linear_api import response
+
+    base = response(scene, comm=comm)
+    if comm.rank != 0:
+        return base
+    names = [name for name, one in base.data_vars.items() if one.dtype.kind == "f" and one.dims]
+    found = base.copy()
+    periods = base.period.values
+    pairs = [
+        [response(p.scene_at(scene, x), periods, comm=comm) for x in (-p.distance, p.distance)] for p in parameters
+    ]
+    for name in names:
+        slopes = [
+            (high[name].values - low[name].values) / (2 * p.distance * p.scale)
+            for p, (low, high) in zip(parameters, pairs, strict=True)
+        ]
+        text = {"long_name": f"derivative of {base[name].attrs.get('long_name', name)}", "units": "over parameter_unit"}
+        found[f"d_{name}"] = (("parameter", *base[name].dims), np.array(slopes), text)
+    return _labelled(found, scene, parameters)
+
+
 #: What has derivatives, besides a run.
-KINDS: dict[str, Any] = {"run": of_run, "static": of_equilibrium, "modes": of_modes}
+KINDS: dict[str, Any] = {"run": of_run, "static": of_equilibrium, "modes": of_modes, "response": of_response}
 
 
 class _Notes:

@@ -188,6 +188,14 @@ def test_periods():
     assert found.d_period.values[0][oscillates] == pytest.approx(((high - low) / 8)[oscillates], rel=0.02, abs=1e-8)
 
 
+def test_response():
+    """The same response of neighbours a per mille apart."""
+    found = dolfbuoy.sensitivities("short", ["buoy.mass"], what="response")
+    low, high = (dolfbuoy.response("short", found.period.values, **{"buoy.mass": m}).rao.values for m in (399.6, 400.4))
+    size = np.abs(found.d_rao.values).max()
+    assert np.abs(found.d_rao.values[0] - (high - low) / 0.8).max() < 1e-3 * size
+
+
 def test_outputs_are_those_of_runs():
     """Largest, smallest and mean value and deviation, per unit and per cent, as runs of neighbours have them."""
     changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
@@ -257,7 +265,7 @@ def test_command(call, tmp_path):
     assert found.parameter.values.tolist() == ["buoy.mass", "current.speed"]
     assert f"{found.elasticity.sel(output='tension_top.max').values[0]:+.4f}" in out
     assert (tmp_path / "figures" / "tornado.png").stat().st_size > 10_000
-    for options in (["--static"], ["--modes"]):
+    for options in (["--static"], ["--modes"], ["--response"]):
         assert call("sensitivity", "short", "--by", "buoy.mass", "--no-plot", "--out", tmp_path, *options)[0] == 0
 
 

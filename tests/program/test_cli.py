@@ -131,9 +131,9 @@ def test_failed_solve_is_exit_code_1_and_names_the_place(call, tmp_path):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130), (signal.SIGKILL, -9)])
 def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
-    command = [sys.executable, "-m", "dolfbuoy.commands.main", "run", "short", "--out", str(tmp_path), "--no-plot"]
+    options = ["--out", str(tmp_path), "--no-plot", "--set", "time.end=1e5"]  # which is not over before the signal
     process = subprocess.Popen(
-        command,
+        [sys.executable, "-m", "dolfbuoy.commands.entry", "run", "short", *options],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
