@@ -133,7 +133,7 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
         of = f" of {name}" if len(network.pieces) > 1 else ""
         report.add(f"equilibrium: largest tension over breaking load{of}", value)
         report.warn(value > 1, f"The equilibrium is above the breaking load of {name}.")
-    smallest = problem.smallest_tension()
+    smallest = problem.smallest_tension(of_rods=False)
     report.warn(  # a slack rope has none
         smallest < -ROUNDING * problem.typical_force,
         f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).",

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 class Joining:
     """Order, ghosts and ties of the unknowns of a `Problem` on this rank, for `solver.numbering.Numbering`.
 
-    All ends of lines at a free joint, and its body if it has one, have one global index: that of the first end.  Where
+    All ends of lines at a free joint, and its body if it has one, have one global index: that of the first end; so have
+    the moments of two lines that go on there without a kink.  Where
     several of them are on one rank, one stands for the others there.
     """
 
@@ -27,6 +28,9 @@ class Joining:
             if self.bodies and name in self.bodies.names:
                 members.append(self.bodies.part.offset + self.bodies.dofs[self.bodies.names.index(name)])
             self.groups.append(members)
+            if name in problem.network.welds:
+                moments = [self.lines.end_moments(piece, end) for piece, end in ends]
+                self.groups.append([dofs if len(dofs) else None for dofs in moments])
         self.here = [[dofs for dofs in members if dofs is not None] for members in self.groups]
 
     def numbers(self) -> tuple:

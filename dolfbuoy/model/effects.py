@@ -141,6 +141,7 @@ EFFECTS: list[Effect] = [
         account="damping",
         drawn={"cable.damping": Drawn(1e-3, 1e8, zero=True)},
     ),
+    Effect("bending", "cable.bending_stiffness", drawn={"cable.bending_stiffness": Drawn(1e-2, 1e9)}),
     Effect("line that parts", "cable.fails_at", neutral=None),
     Effect("marine growth", "cable.marine_growth", neutral=None, needs=("sea",)),
     Effect("buoy", "buoy", neutral=None, removable=False),

@@ -243,9 +243,10 @@ class Problem:
 
     # -- numbers ------------------------------------------------------------------------------------------------------
 
-    def smallest_tension(self) -> float:
-        """Smallest element mean of T [N], over all ranks."""
+    def smallest_tension(self, of_rods: bool = True) -> float:
+        """Smallest element mean of T [N], over all ranks; of_rods: of lines with a bending stiffness too."""
         means = self.lines.mean_tension(self.system.u)
+        means = means if of_rods else means[~self.lines.bends]
         return allreduce(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_force(self, piece: int, end: int, fresh: bool = True) -> np.ndarray:

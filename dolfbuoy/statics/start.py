@@ -92,12 +92,32 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
             if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
                 network = replace(network, joints=joints)
                 found = still.solve(network)
-        return Start(problem, found.shapes, poses)
+        return Start(problem, _cantilevers(problem, found.shapes), poses)
 
     start = rest()
     overturned = [name for name in poses if _overturns(start, name)]
     poses |= dict.fromkeys(overturned, OVERTURNED)
     return rest() if overturned else start
+
+
+def _cantilevers(problem: Problem, shapes: Sequence[still.Shape]) -> Sequence[still.Shape]:
+    """Shapes of all pieces; a cable that bends, with one end held in a direction and nothing at the other, is straight."""
+    network, found = problem.network, list(shapes)
+    alone = {name for name, ends in network.meetings().items() if len(ends) == 1}
+    for numbers in map(network.pieces_of, range(len(network.cables))):
+        pieces = [network.pieces[k] for k in numbers]
+        length = sum(piece.section.length for piece in pieces)
+        for held, other, begin in (
+            (pieces[0].ends[0], pieces[-1].ends[1], 0.0),
+            (pieces[-1].ends[1], pieces[0].ends[0], length),
+        ):
+            loose = other.kind == "free" or other.name in alone
+            if held.held and held.clamp and loose and all(piece.section.bending_stiffness for piece in pieces):
+                way, place, at = np.array(held.clamp.unit), top_position(held.top, 0.0), 0.0
+                for k, piece in zip(numbers, pieces, strict=True):
+                    found[k] = still.Drawn(lambda s, a=place + (at - begin) * way, b=way: a + np.multiply.outer(s, b))
+                    at += piece.section.length
+    return found
 
 
 def _aside(problem: Problem) -> Array:
