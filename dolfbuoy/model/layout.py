@@ -271,6 +271,12 @@ class Layout(Pieces):
         """Average of T on each owned cell [N]."""
         return u[self.part.slice][self.T_dofs] @ self._averaging
 
+    def moments(self, u: np.ndarray) -> np.ndarray:
+        """m of the nodes (n, 3) [N m], 0 in lines that do not bend."""
+        if self.moment_dofs is None:
+            return np.zeros((len(self.node_s), 3))
+        return u[self.part.slice][self.moment_dofs]
+
     def anchor_tension(self, u: np.ndarray, line: int = 0) -> float:
         """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""
         if not self.owns_end(line, 0):

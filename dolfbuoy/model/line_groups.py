@@ -118,6 +118,9 @@ class LineGroups(Pieces, Model):
     node_dofs = property(lambda self: self._nodes(lambda g: g.node_dofs + g.part.offset))
     line_of_node = property(lambda self: self._nodes(lambda g: np.array(g.numbers)[g.line_of_node]))
 
+    def moments(self, u: np.ndarray) -> np.ndarray:
+        return self._nodes(lambda group: group.moments(u))
+
     @property
     def T_dofs(self) -> np.ndarray:
         """Dofs of T of each owned cell; a row of fewer tensions than others repeats its last one."""
