@@ -11,7 +11,7 @@ typical stiffness: a stiffness that differs from cell to cell would lose the jum
 where m = 0; where a direction t_b is given m is free.
 """
 
-from ufl import dot, inner, sqrt
+from ufl import cross, dot, inner, sqrt
 
 from .cable import tangent
 from .kinds import Expr, Scalar
@@ -42,6 +42,11 @@ def sprung_direction(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
     """Direction of an end that a spring k [N m/rad] turns towards t_0: |m| = k sin of the angle between them."""
     turned = t_0 + (1 - 2 * end) * m / k
     return turned / sqrt(inner(turned, turned))
+
+
+def end_torque(m: Expr, t_b: Expr, end: int) -> Expr:
+    """Torque of the moment at s = 0 (end 0) or s = L (end 1) on what holds it there: -m x t_b or m x t_b [N m]."""
+    return (2 * end - 1) * cross(m, t_b)
 
 
 def bending_energy(m: Expr, EI: Scalar) -> Expr:

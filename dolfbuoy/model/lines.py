@@ -180,7 +180,7 @@ class Lines(Layout, Masses):
         self.share_of_bending = compat.constant(self.mesh, 1.0)
         for k, piece in enumerate(self.pieces):
             for i, end in enumerate(piece.ends):
-                if end.clamp is not None:
+                if end.clamp is not None and end.kind != "buoy":  # there an Attachment has it
                     spring = end.clamp.rotational_stiffness and clamp(k, i, lambda c: c.rotational_stiffness)
                     self.clamps[k, i] = clamp(k, i, lambda c: np.array(c.unit)), spring
 

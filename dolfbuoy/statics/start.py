@@ -43,6 +43,10 @@ class Start(NamedTuple):
             lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
         for a in problem.attachments:
             u[a.slice] = np.concatenate(self.end(a.piece, a.end))
+            if a.clamp:
+                clamp: Any = problem.network.pieces[a.piece].ends[a.end].clamp
+                way = rotation_of(self.poses[str(problem.network.pieces[a.piece].ends[a.end].name)]) @ clamp.unit
+                u[a.clamp.slice] = [*way, 0.0, 0.0, 0.0]
         for name, buoy in problem.buoys.items():
             attachment: Any = problem.attached_to(buoy)[0]
             q4 = self.poses[name]
