@@ -49,6 +49,11 @@ def end_torque(m: Expr, t_b: Expr, end: int) -> Expr:
     return (2 * end - 1) * cross(m, t_b)
 
 
+def spring_energy(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
+    """k (1 - cos) of the angle between an end and the direction that its spring turns it to [J]."""
+    return k * (1 - inner(t_0, sprung_direction(t_0, m, k, end)))
+
+
 def bending_energy(m: Expr, EI: Scalar) -> Expr:
     """1/2 |m|^2/EI per unstretched length [J/m]."""
     return 0.5 * inner(m, m) / EI

@@ -121,7 +121,7 @@ class Clamp:
         def given(scene: "Scene") -> "EndDirection":
             return scene.network.pieces[piece].ends[end].clamp
 
-        sprung = given(lines.scene).rotational_stiffness is not None
+        self.sprung = sprung = given(lines.scene).rotational_stiffness is not None
         spring = lambda scene, _: given(scene).rotational_stiffness  # noqa: E731
         self._spring_of_line = lines.constants.constant(spring) if sprung else None
         self._spring_of_body = buoy.constant(spring) if sprung and buoy else None
@@ -158,6 +158,11 @@ class Clamp:
         if self._spring_of_body is not None:
             t_b = bending.sprung_direction(t_b, known.moment, self._spring_of_body, self.end)
         return bending.end_torque(known.moment, t_b, self.end)
+
+    def energy(self) -> tuple[Expr, ufl.Measure]:
+        """(energy of its spring [J] as UFL, measure of the end)."""
+        m, t_0 = ufl.split(self._lines.w)[-1], CLAMPED.split(self._on_line).direction
+        return bending.spring_energy(t_0, m, self._spring_of_line, self.end), self._ds
 
     def link(self, state: body.Body) -> Expr:
         """The direction turns with the body."""

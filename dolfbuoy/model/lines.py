@@ -246,10 +246,21 @@ class Lines(Layout, Masses):
         taut = partial(form.taut_damping_power, r=r, T=T, e=e, r_t=r_t)
         return [(effect, self._or_taut(effect.line_power(c, r, r_t), taut)) for effect, c in self._powers]
 
-    def elastic_energy(self) -> Expr:
-        """Per unstretched length [J/m] as UFL, for balances."""
+    def elastic_energies(self) -> list[Expr]:
+        """Energies of stretching and of bending, per unstretched length [J/m] as UFL, for balances."""
         r, T, e, r_t, _ = self.kinematics()
-        return self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r))
+        found = []
+        if e is not None:
+            found.append(self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r)))
+        if self.moment_dofs is not None:
+            found.append(bending.bending_energy(ufl.split(self.w)[-1], self.EI))
+        return found
+
+    def spring_energies(self) -> list[tuple[Expr, ufl.Measure]]:
+        """[(energy [J] as UFL, measure of its end)] of the springs at ends that nothing else turns."""
+        springs = [(k, i, t_0, spring) for (k, i), (t_0, spring) in self.clamps.items() if spring is not None]
+        m = ufl.split(self.w)[-1]
+        return [(bending.spring_energy(t_0, m, k, i), self.end_measure(n, i)) for n, i, t_0, k in springs]
 
     def _or_taut(self, value, taut):
         """The value of `taut` on damped lines of Hooke's law that go slack, where T is not that of the strain."""

@@ -253,7 +253,8 @@ def by_end_position(problem: Problem) -> None:
     ends: Sequence[Any] = piece.ends
     low, high = (top_position(end.top, 0.0) for end in ends)
     aside = (high - low) * [1.0, 1.0, 0.0]
-    aside = aside / np.linalg.norm(aside) if np.any(aside) else np.array([1.0, 0.0, 0.0])
+    size = np.linalg.norm(aside)
+    aside = aside / size if size > SAME * piece.section.length else np.array([1.0, 0.0, 0.0])
     easy = low + 0.5 * piece.section.length * (aside + [0.0, 0.0, 1.0 if high[2] >= low[2] else -1.0])
     top = lines.end_dofs[0][1]
 
