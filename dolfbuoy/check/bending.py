@@ -1,4 +1,4 @@
-"""Lines that bend, at rest: the length over which a direction at an end is felt, the moment there, the sharpest bend."""
+"""Lines that bend, at rest: the length over which a direction at an end is felt, its moment, the sharpest bend."""
 
 import math
 from typing import TYPE_CHECKING
@@ -38,8 +38,8 @@ def bent_at_rest(problem: Problem, report: "Report") -> None:
             longest = LONGEST_AT_CLAMP[min(c.position_degree, 3) - 1] * felt
             about.warn(
                 h > longest,
-                f"The element at the {side} end ({h:.3g} m) is too long for the bending length {felt:.3g} m: the moment "
-                f"there is right to 1 % with elements of {longest:.2g} m or less (cable.grading, or a short segment).",
+                f"The element at the {side} end ({h:.3g} m) is too long for the bending length {felt:.3g} m: "
+                f"the moment there is right to 1 % with elements of {longest:.2g} m, by a grading or a short segment.",
             )
             if end.held and end.clamp.rotational_stiffness is None:
                 cosine = (2 * i - 1) * float(force @ end.clamp.unit) / T

@@ -1,9 +1,10 @@
 """Energies and powers of a run, from the equations that it solves.
 
-The semi-discrete equations balance exactly; a bending stiffness stores 1/2 |m|^2/EI per length.  Tested with the velocity, Eq. (11)_1 says that kinetic, elastic and
+The semi-discrete equations balance exactly.  Tested with the velocity, Eq. (11)_1 says that kinetic, elastic and
 gravitational energy of the cable change by the work of its top and of the water.  The mixed tension does no other work
 if the cable is inextensible, or if its tension is constant on each element: then Eq. (11)_2 makes T/(1+e) r'.r'_t equal
-to T e_t.  The buoy's energy changes by the work of water, wind, external force and cable.
+to T e_t.  A bending stiffness stores 1/2 |m|^2/EI.  The buoy's energy changes by the work of water, wind, external
+force and cable.
 """
 
 from functools import partial

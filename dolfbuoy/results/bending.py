@@ -54,7 +54,7 @@ class Bending:
 
     def curvatures(self) -> NDArray[Any]:
         """Curvature in the nodes of this rank [1/m]."""
-        return self._sizes() * self._per_moment
+        return np.asarray(self._sizes() * self._per_moment)
 
     def note(self) -> None:
         """Take the present unknowns; collective."""

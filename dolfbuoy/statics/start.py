@@ -5,6 +5,7 @@ The drag of a current is estimated as that of a stream across hulls and lines, h
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -105,7 +106,7 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
 
 
 def _cantilevers(problem: Problem, shapes: Sequence[still.Shape]) -> Sequence[still.Shape]:
-    """Shapes of all pieces; a cable that bends, with one end held in a direction and nothing at the other, is straight."""
+    """Shapes of all pieces; a cable that bends, one end held in a direction and nothing at the other, is straight."""
     network, found = problem.network, list(shapes)
     alone = {name for name, ends in network.meetings().items() if len(ends) == 1}
     for numbers in map(network.pieces_of, range(len(network.cables))):
@@ -117,11 +118,16 @@ def _cantilevers(problem: Problem, shapes: Sequence[still.Shape]) -> Sequence[st
         ):
             loose = other.kind == "free" or other.name in alone
             if held.held and held.clamp and loose and all(piece.section.bending_stiffness for piece in pieces):
-                way, place, at = np.array(held.clamp.unit), top_position(held.top, 0.0), 0.0
+                top: Any = held.top
+                way, place, at = np.array(held.clamp.unit), np.array(top_position(top, 0.0)), 0.0
                 for k, piece in zip(numbers, pieces, strict=True):
-                    found[k] = still.Drawn(lambda s, a=place + (at - begin) * way, b=way: a + np.multiply.outer(s, b))
+                    found[k] = still.Drawn(partial(_straight, place + (at - begin) * way, way))
                     at += piece.section.length
     return found
+
+
+def _straight(place: Array, way: Array, s: Array) -> Array:
+    return place + np.multiply.outer(np.asarray(s), way)
 
 
 def _aside(problem: Problem) -> Array:
