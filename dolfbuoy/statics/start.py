@@ -127,7 +127,7 @@ def _cantilevers(problem: Problem, shapes: Sequence[still.Shape]) -> Sequence[st
 
 
 def _straight(place: Array, way: Array, s: Array) -> Array:
-    return place + np.multiply.outer(np.asarray(s), way)
+    return np.asarray(place + np.multiply.outer(np.asarray(s), way))
 
 
 def _aside(problem: Problem) -> Array:
