@@ -232,6 +232,19 @@ def test_welded_pieces_are_one():
     assert hinged.end_moment.values[0] == 0.0
 
 
+def test_each_piece_has_its_own_radius():
+    """The sharpest bend of a cantilever is at its root, the largest use of what is allowed in its outer half."""
+    keys = {"from_end": direction(0.0), "top": {"kind": "free"}}
+    cable = rod(20.0, 20000.0, 8, 3, 50.0, **keys)["cable"]
+    cut = {key: value for key, value in cable.items() if key not in ("length", "elements")}
+    halves = [{"length": 10.0, "elements": 4, "minimum_bend_radius": radius} for radius in (1.0, 10.0)]
+    rest = solve_static({"gravity": G, "cable": cut | {"segments": halves}})
+    s, curvature = rest.s.values, rest.curvature.values
+    assert rest.largest_curvature.item() == curvature[0]
+    assert rest.bend_utilisation.item() == pytest.approx(10 * curvature[s >= 10].max(), rel=1e-6)
+    assert 10 * curvature[s >= 10].max() > curvature[0]
+
+
 def test_soft_lines_are_cables():
     """Pinned ends differ by EI, clamped ones by its root."""
     cable = rod(120.0, 0.0, 40, 2, 200.0, top={"kind": "fixed", "position": [100.0, 0.0, 0.0]})
