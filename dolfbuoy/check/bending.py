@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: Longest element at a clamp, in bending lengths, for 1 % of the moment there; of degree 1, 2 and higher ones.
 LONGEST_AT_CLAMP = 0.5, 1.0, 2.0
+#: Bending lengths of a piece beyond which nothing of the other end is felt at a clamp.
+FAR = 5
 
 
 def bent_at_rest(problem: Problem, report: "Report") -> None:
@@ -41,7 +43,7 @@ def bent_at_rest(problem: Problem, report: "Report") -> None:
                 f"The element at the {side} end ({h:.3g} m) is too long for the bending length {felt:.3g} m: "
                 f"the moment there is right to 1 % with elements of {longest:.2g} m, by a grading or a short segment.",
             )
-            if end.held and end.clamp.rotational_stiffness is None:
+            if end.held and end.clamp.rotational_stiffness is None and c.length > FAR * felt:
                 cosine = (2 * i - 1) * float(force @ end.clamp.unit) / T
                 angle = math.acos(min(max(cosine, -1.0), 1.0))
                 moment = 2 * math.sqrt(c.bending_stiffness * T) * math.sin(angle / 2)

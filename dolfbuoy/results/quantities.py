@@ -208,19 +208,21 @@ _ALL: tuple[Quantity, ...] = (
         "largest curvature of the cable",
         read=lambda n: n.each("bending", 3)[..., 2],
         shown={"statistics": ""},
-        summary="largest curvature",
+        curves=(Curve("largest curvature", "of the cable"),),
     ),
     _cable(
         "min_bend_radius",
         "m",
         "smallest radius to which the cable is bent; inf where it is straight",
         read=lambda n: _radius(n.each("bending", 3)[..., 2]),
+        summary="radius to which the cable is bent",
     ),
     _cable(
         "bend_utilisation",
         "1",
         "curvature times minimum_bend_radius, the largest of the cable",
         read=lambda n: n["bend_utilisation"],
+        summary="curvature over the allowed one",
         outputs=True,
     ),
     _buoy_vector(

@@ -18,6 +18,8 @@ UNITS = {
     "N m s",
     "N s",
     "N s/m",
+    "N m^2",
+    "N m/rad",
     "deg",
     "kg",
     "kg m^2",
