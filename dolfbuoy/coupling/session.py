@@ -86,7 +86,7 @@ class Session:
             self._begin(driven, point)
             if folder is not None:
                 self._recorder = Recorder(self.simulation, File(folder), point)
-                self._recorder.record.attributes["session"] = "driven: " + (", ".join(self._paths) or "nothing")
+                self._recorder.record.attributes["session"] = "driven: " + (", ".join(self.paths) or "nothing")
         except BaseException:
             self._open.close()
             raise
@@ -111,18 +111,18 @@ class Session:
         bodies = {name: partial(self._place, name) for name in driven if name not in ends}
         for name in bodies:
             names.check_body(network, name)
-        self._paths: dict[str, Path] = {}
+        self.paths: dict[str, Path] = {}
         self._targets: dict[str, tuple[Any, ...]] = {}
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
         self._open.callback(self.simulation.problem.destroy)
         for name in driven:
             if name in bodies:
-                self._paths[name] = Pose(self.t, [float(x) for x in np.concatenate(self.state(name)[:2])])
+                self.paths[name] = Pose(self.t, [float(x) for x in np.concatenate(self.state(name)[:2])])
                 continue
-            self._paths[name] = Path(self.t, [float(x) for x in self._end_now(*ends[name][0])])
+            self.paths[name] = Path(self.t, [float(x) for x in self._end_now(*ends[name][0])])
             for piece, end in ends[name]:
-                self.simulation.drive(piece, end, self._paths[name])
+                self.simulation.drive(piece, end, self.paths[name])
         self._series = self.t, 0.0, 0  # where steps of one size began, their size and number
         self._required = {name: Wrench(np.zeros(3), np.zeros(3)) for name in bodies}
         self._observer: Observer | None = None
@@ -130,7 +130,7 @@ class Session:
 
     def _place(self, name: str, t: float) -> Any:
         """Motion of a driven body at a time, as `Buoy.moving_state` takes it."""
-        path = self._paths.get(name)
+        path = self.paths.get(name)
         return path and path(t)  # None while a run starts: it is where the scene has it
 
     # -- what the caller does -----------------------------------------------------------------------------------------
@@ -152,9 +152,9 @@ class Session:
         order 4 in the step); without velocities the parabola through the last three positions (order 3), at first a
         straight line.
         """
-        path = self._paths.get(name)
+        path = self.paths.get(name)
         if path is None:
-            raise InputError(f"{name!r} is not driven: {', '.join(self._paths) or 'nothing'} is, as the session began.")
+            raise InputError(f"{name!r} is not driven: {', '.join(self.paths) or 'nothing'} is, as the session began.")
         path.function = position if callable(position) else None
         if path.function is not None:
             return
@@ -178,7 +178,7 @@ class Session:
         The load is that at the end of every step, where the equations are solved.
         """
         pull, turn = (_numbers(key, x, 3, LARGEST) for key, x in (("force", force), ("moment", moment)))
-        count, rows = names.loaded_rows(self.simulation.problem, name, self._paths)
+        count, rows = names.loaded_rows(self.simulation.problem, name, self.paths)
         if any(turn) and count < 6:
             raise InputError(f"moment: {name!r} is a point of a line, which takes none.")
         if len(rows):
@@ -205,7 +205,7 @@ class Session:
         begin = self.t
         if not begin < t < np.inf:
             raise InputError(f"t = {t}: must be after {begin:g} s, the time that was reached.")
-        for name, path in self._paths.items():
+        for name, path in self.paths.items():
             path.follow(t, self._targets.pop(name, None))
         count = 1 if time.tolerance is not None else max(1, int(np.ceil((t - begin) / time.step - 1e-6)))
         for k in range(1, count + 1):
@@ -221,7 +221,7 @@ class Session:
         state = _copied(simulation.state())
         own = {name: _copied(getattr(self, name)) for name in _OWN}
         own["loads"] = simulation.system.loads.copy() if "loads" in vars(simulation.system) else 0.0
-        own["paths"] = {name: dict(vars(path)) for name, path in self._paths.items()}
+        own["paths"] = {name: dict(vars(path)) for name, path in self.paths.items()}
         mark = self._recorder.mark() if self._recorder is not None else None
         return Saved(id(self), state, simulation.newton.numbers.assembled, own, mark)
 
@@ -241,7 +241,7 @@ class Session:
             numbers.valid, numbers.kept = saved.state["newton"]["matrix"] is not None, False
         for name in _OWN:
             setattr(self, name, _copied(saved.own[name]))
-        for name, path in self._paths.items():
+        for name, path in self.paths.items():
             vars(path).update(saved.own["paths"][name])
         if "loads" in vars(self.simulation.system):
             self.simulation.system.loads[:] = saved.own["loads"]
