@@ -50,9 +50,10 @@ int dolfbuoy_values(dolfbuoy *session, const char *quantity, double *values, int
 /* Elevation of the undisturbed water over `count` points (x, y) [m]. */
 int dolfbuoy_elevation(dolfbuoy *session, const double *points, int count, double *elevation);
 
-/* Keep the present instant in memory, one for each session; be there again, bit for bit. */
-int dolfbuoy_save(dolfbuoy *session);
-int dolfbuoy_restore(dolfbuoy *session);
+/* Keep the present instant in memory under a new number; be there again, bit for bit, as often as needed; forget it. */
+int dolfbuoy_save(dolfbuoy *session, int *number);
+int dolfbuoy_restore(dolfbuoy *session, int number);
+int dolfbuoy_forget(dolfbuoy *session, int number);
 
 /* What the latest function that failed has to say; one sentence, which stays until the next call. */
 const char *dolfbuoy_message(dolfbuoy *session);

@@ -25,7 +25,8 @@ class Client:
         self.folder: str | None = None
         self.message: Any = None
         self._session: Session | None = None
-        self._saved: Saved | None = None
+        self._saved: dict[int, Saved] = {}
+        self._count = 0
 
     @property
     def session(self) -> Session:
@@ -88,15 +89,25 @@ class Client:
             raise InputError(f"{quantity!r} with {count} numbers: must be of {sizes}.")
         return np.ravel(found)
 
-    def save(self) -> None:
-        """Keep the present instant."""
-        self._saved = self.session.save()
+    def save(self) -> int:
+        """Keep the present instant; returns its number."""
+        self._count += 1
+        self._saved[self._count] = self.session.save()
+        return self._count
 
-    def restore(self) -> None:
-        """Be where `save` was called."""
-        if self._saved is None:
-            raise InputError("dolfbuoy_save must be called before.")
-        self.session.restore(self._saved)
+    def restore(self, number: int) -> None:
+        """Be where `save` was called.  Raises InputError for another number."""
+        self.session.restore(self._known(number))
+
+    def forget(self, number: int) -> None:
+        """Give back the memory of that instant.  Raises InputError for another number."""
+        self._known(number)
+        del self._saved[number]
+
+    def _known(self, number: int) -> Saved:
+        if number not in self._saved:
+            raise InputError(f"number = {number}: must be one that dolfbuoy_save gave, and not forgotten.")
+        return self._saved[number]
 
     def close(self) -> None:
         """End the session, if it is open."""
@@ -201,12 +212,16 @@ def serve(ffi: Any) -> None:
         write(numbers, client.session.elevation(np.column_stack([flat, np.zeros(count)])))
 
     @function
-    def save(client: Client) -> None:
-        client.save()
+    def save(client: Client, number: Any) -> None:
+        number[0] = client.save()
 
     @function
-    def restore(client: Client) -> None:
-        client.restore()
+    def restore(client: Client, number: int) -> None:
+        client.restore(number)
+
+    @function
+    def forget(client: Client, number: int) -> None:
+        client.forget(number)
 
     @function
     def close(client: Client) -> None:

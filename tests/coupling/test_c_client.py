@@ -3,18 +3,19 @@
 Source: the same steps in Python; the exit codes of the header.
 """
 
+import ctypes
 import shlex
 import subprocess
 import sysconfig
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
-from typer.testing import CliRunner
+from own_body import example, furthest
 
 from dolfbuoy import InputError, Session, load_scene
-from dolfbuoy.commands.app import app
 from dolfbuoy.coupling import library, served
 from dolfbuoy.results.record import read
 
@@ -32,8 +33,8 @@ SOURCE = Path(__file__).parents[1] / "support" / "client.c"
 def client(tmp_path_factory):
     """The compiled client, and a scene next to it."""
     folder = tmp_path_factory.mktemp("client")
-    done = CliRunner().invoke(app, ["library", "--out", str(folder)])
-    assert done.exit_code == 0, done.output
+    library.build(folder / library.LIBRARY)
+    (folder / library.HEADER).write_text((library.FOLDER / library.HEADER).read_text())
     compiler = shlex.split(sysconfig.get_config_var("CC"))
     options = ["-Wall", "-Wextra", "-Werror", f"-I{folder}", f"-L{folder}", "-ldolfbuoy", f"-Wl,-rpath,{folder}", "-lm"]
     subprocess.run([*compiler, SOURCE, "-o", folder / "client", *options], check=True)
@@ -81,6 +82,51 @@ def test_what_is_not_possible_is_a_number_and_a_sentence(client, tmp_path, assig
     assert done.stderr == ""
 
 
+def test_a_body_of_ones_own_coupled_by_the_library(client, tmp_path):
+    """The README's example steps the functions of the header in place of a Session."""
+    names = example()
+    load_scene(names["scene"]).save(tmp_path / "scene.toml")
+    lib = ctypes.CDLL(str(client.parent / library.LIBRARY))
+    lib.dolfbuoy_create.restype = lib.dolfbuoy_message.restype = ctypes.c_void_p
+    x, f, t, number = (ctypes.c_double * 7)(), (ctypes.c_double * 6)(), ctypes.c_double(), ctypes.c_int()
+
+    class Coupled:
+        def __init__(self, scene, driven):
+            self.s = ctypes.c_void_p(lib.dolfbuoy_create(str(tmp_path / "scene.toml").encode()))
+            assert lib.dolfbuoy_drive(self.s, driven[0].encode()) == lib.dolfbuoy_init(self.s) == 0
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            assert lib.dolfbuoy_close(self.s) == 0
+
+        def state(self, name):
+            assert lib.dolfbuoy_now(self.s, ctypes.byref(t), x, f) == 0
+            return np.array(x[:3]), np.array(x[3:])
+
+        def save(self):
+            if number.value:
+                assert lib.dolfbuoy_forget(self.s, number) == 0
+            assert lib.dolfbuoy_save(self.s, ctypes.byref(number)) == 0
+            return number
+
+        def restore(self, here):
+            assert lib.dolfbuoy_restore(self.s, here) == 0
+
+        def drive(self, name, position, orientation):
+            x[:] = [*position, *orientation]
+
+        def step(self, dt):
+            assert lib.dolfbuoy_step(self.s, x, None, f, ctypes.byref(t), ctypes.c_double(dt)) == 0
+
+        def pulls(self, name):
+            return np.array(f[:3]), np.array(f[3:])
+
+    names["dolfbuoy"] = SimpleNamespace(Session=Coupled)
+    assert furthest(names["coupled"]()) < 1e-6
+
+
 def test_a_missing_scene_is_a_sentence(client, tmp_path):
     done = run(client, tmp_path / "nowhere.toml", tmp_path / "none")
     assert done.returncode == 2
@@ -95,8 +141,8 @@ def test_a_client_has_all_that_is_driven_in_one_array():
     client.open()
     with pytest.raises(InputError, match="can no longer be changed"):
         client.choose(client.names.clear)
-    with pytest.raises(InputError, match="dolfbuoy_save must be called before"):
-        client.restore()
+    with pytest.raises(InputError, match="number = 1: must be one that dolfbuoy_save gave"):
+        client.restore(1)
     assert client.sizes() == (10, 9)
     x = client.places()
     np.testing.assert_array_equal(x[7:], [0, 0, -20])
@@ -111,8 +157,9 @@ def test_a_client_has_all_that_is_driven_in_one_array():
     client.close()
 
 
-def test_the_library_is_not_replaced_unasked(tmp_path):
-    (tmp_path / library.HEADER).write_text("mine")
-    done = CliRunner().invoke(app, ["library", "--out", str(tmp_path)])
-    assert done.exit_code != 0
-    assert (tmp_path / library.HEADER).read_text() == "mine"
+def test_the_command_writes_both_and_replaces_nothing_unasked(tmp_path, call):
+    assert "-ldolfbuoy" in call("library", "--out", tmp_path / "lib")[1]
+    assert {file.name for file in (tmp_path / "lib").iterdir()} == {library.HEADER, library.LIBRARY}
+    (tmp_path / "lib" / library.HEADER).write_text("mine")
+    assert call("library", "--out", tmp_path / "lib")[0] == 2
+    assert (tmp_path / "lib" / library.HEADER).read_text() == "mine"

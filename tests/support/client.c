@@ -12,7 +12,7 @@ int main(int argc, char **argv)
 {
     double t, x[3], v[3], f[3], eta[2], tension[1];
     const double points[4] = {0.0, 0.0, 10.0, 5.0};
-    int of_x, of_v;
+    int of_x, of_v, here;
     dolfbuoy *s = dolfbuoy_create(argv[1]);
     if (argc > 3)
         CHECK(dolfbuoy_set(s, argv[3]));
@@ -27,11 +27,12 @@ int main(int argc, char **argv)
         x[2] = -3.5 + 0.125 * k * k / 64;
         v[2] = 0.25 * k / 64 / 0.02;
         if (k == 10)
-            CHECK(dolfbuoy_save(s));
+            CHECK(dolfbuoy_save(s, &here));
         CHECK(dolfbuoy_step(s, x, v, f, &t, 0.02));
         if (k == 10) {  /* once more */
-            CHECK(dolfbuoy_restore(s));
+            CHECK(dolfbuoy_restore(s, here));
             CHECK(dolfbuoy_step(s, x, v, f, &t, 0.02));
+            CHECK(dolfbuoy_forget(s, here));
         }
         printf("%.17g %.17g %.17g %.17g\n", t, f[0], f[1], f[2]);
     }
