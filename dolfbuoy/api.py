@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from .elsewhere import MPI
 from .errors import InputError, NoResult, NotAccurate, SolveError
-from .model.airy import components_of
+from .model.airy import sea_of
 from .model.prescribed_ends import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
@@ -203,7 +203,7 @@ def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Data
     if scene.waves is None:
         raise InputError("waves: must be given, this scene has none.")
     units = {"amplitude": "m", "period": "s", "direction_deg": "degree", "phase_deg": "degree"}
-    values = zip(units, components_of(scene.waves).as_rows().T, strict=True)
+    values = zip(units, sea_of(scene).as_rows().T, strict=True)
     return xr.Dataset({name: ("component", array, {"units": units[name]}) for name, array in values})
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..model.airy import components_of, propagation
+from ..model.airy import propagation, sea_of
 from ..results.measured import window_start
 from ..scene import Scene, load_scene
 from ..scene.settings import fitting, period_of, ramp_of, space_of, stepping_of, with_settings
@@ -109,7 +109,7 @@ def events_of(scene: Scene, record: "xr.Dataset") -> list[Event]:
 
 def companion_around(scene: Scene, event: Event) -> Scene:
     """The coarser scene from rest at the beginning of an event on, in the same sea; its times count from there."""
-    waves, components = scene.waves, components_of(scene.waves)
+    waves, components = scene.waves, sea_of(scene)
     rows = components.as_rows()
     at_ground = np.array([propagation(scene, period, way).at_ground for _, period, way, _ in rows])
     rows[:, 3] = np.degrees(np.mod(components.phase - at_ground * event.begin, 2 * math.pi))

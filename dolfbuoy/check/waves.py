@@ -11,9 +11,9 @@ from ..linear import LARGEST_KR
 from ..model.airy import AirySum, band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of, stream_wave
 from ..model.sea import crest_height, main_propagation, wavenumber
 from ..model.spectra import Spectrum
-from ..model.stream import STEEPEST as STEEPEST_WAVE
 from ..results.extremes import components_needed, crests_of, largest_crest, memory_of
 from ..scene import Scene
+from ..scene.stream import STEEPEST as STEEPEST_WAVE
 from ..scene.waves import Waves
 from .buoys import Upright
 from .lines import Line
@@ -113,13 +113,20 @@ def _statistics(scene: Scene, spectrum: Spectrum | None, Tz: float, report: "Rep
     largest = largest_crest(crests)
     height, scatter = largest.mean * crest_height(scene) / 4, 100 * largest.standard_deviation / largest.mean
     report.add("largest crest in 3 h", height, "m", f"+- {scatter:.2g} % from seed to seed")
+    waves: Any = scene.waves
+    if waves.crest is not None:
+        apart = (waves.crest - height) / (height * scatter / 100)
+        remark = f"at t = {waves.crest_time:g} s, {abs(apart):.2g} of that scatter {'above' if apart > 0 else 'below'}"
+        report.add("prescribed crest", waves.crest, "m", remark)
+        late = scene.time is not None and waves.crest_time >= scene.time.end
+        report.warn(late, f"The crest of waves.crest_time = {waves.crest_time:g} s comes after the end of the run.")
     if spectrum is not None:
         needed, seeds = components_needed(crests, 0.01), largest.runs_needed(0.03)
         report.add("components for 1 % of that crest", needed, "", f"3 % of it need {seeds} seeds of 3 h")
         if scene.time and scene.time.end:
             scatter = math.sqrt(memory_of(spectrum) / scene.time.end) / 2
             report.add("scatter of Hs in one run", 100 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
-    return height
+    return max(height, waves.crest or 0.0)
 
 
 def _shift(scene: Scene, waves: Waves, report: "Report") -> None:

@@ -52,6 +52,9 @@ def statistics(
     years: Annotated[
         float, typer.Option("--years", help="In which the largest value of --scatter occurs once.")
     ] = 50.0,
+    design: Annotated[
+        Path | None, typer.Option("--design", help="Run in a design wave, compared with the extremes of the seeds.")
+    ] = None,
     folder: Annotated[Path | None, out_option("results/statistics-NAME")] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -59,7 +62,7 @@ def statistics(
     from ..elsewhere import MPI
     from ..results.folder import claimed
     from ..results.sample import Fatigue
-    from ..results.statistics import lifetime, runs_of, together
+    from ..results.statistics import against_seeds, lifetime, run_of, runs_of, together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing
@@ -68,19 +71,25 @@ def statistics(
     with claimed(folder, MPI.COMM_WORLD):
         if rank() != 0:
             return
-        names = ("statistics.nc", *(["lifetime.nc"] if scatter else []))
+        names = ("statistics.nc", *(["lifetime.nc"] if scatter else []), *(["design.nc"] if design else []))
         figures = [file for name in FIGURES for file in files_of(folder / name)]
         refuse_present([*(folder / name for name in names), *figures], overwrite)
         fatigue = Fatigue(exponent, constant, frequency)
         runs = runs_of(folders, start, _point(point))
-        made = [together(runs, fatigue), *([lifetime(runs, scatter, fatigue, years)] if scatter else [])]
+        made = [together(runs, fatigue)]
+        if scatter:
+            made.append(lifetime(runs, scatter, fatigue, years))
+        if design:
+            made.append(against_seeds(runs, run_of(design)))
         for name, dataset in zip(names, made, strict=True):
             with replacing(folder / name) as part:
                 dataset.to_netcdf(part, engine="netcdf4")
         draw_all(made[0], folder)
     show(made[0], folder)
-    for life in made[1:]:
-        _show_life(life, folder)
+    if scatter:
+        _show_life(made[1], folder)
+    if design:
+        _show_design(made[-1], folder / names[-1])
 
 
 def _point(text: str | None) -> tuple[float, float] | None:
@@ -215,6 +224,19 @@ def _circles(mine: "xr.Dataset") -> Iterator[Shown]:
             rows.append(["the anchor", "", "", f"{float(one.watch_circle_radius):.4g}"])
         title = f"\nOffsets: the smallest circle that holds the track of C{of}"
         yield title, ["middle", "x [m]", "y [m]", "radius [m]"], rows
+
+
+def _show_design(found: "xr.Dataset", file: Path) -> None:
+    from ..results.tables import unit_of
+
+    rows = []
+    for one in (found.isel(series=k) for k in range(found.sizes["series"])):
+        values = np.array([float(one.largest), float(one.most_probable)])
+        unit, factor = unit_of(values, str(one.unit.item()))
+        label = f"{one.series.item()} of {one.part.item()}" if one.part.item() else str(one.series.item())
+        rows.append([label.replace("_", " "), unit, *(f"{factor * x:.4g}" for x in values), f"{float(one.above):.2g}"])
+    names = ["series", "unit", "design wave", "most probable of 3 h", "probability that 3 h exceed it"]
+    print_table(f"\nThe design wave against the seeds, {file}", names, rows)
 
 
 def _show_life(life: "xr.Dataset", folder: Path) -> None:

@@ -16,9 +16,9 @@ import numpy as np
 from ..errors import InputError
 from ..roots import brentq
 from ..scene import Scene
+from ..scene.stream import StreamWave, steady_wave
 from ..scene.waves import COMPONENTS, ELEVATION, REGULAR, Waves
 from . import Array, spectra
-from .stream import StreamWave, steady_wave
 
 #: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
 LOWEST, HIGHEST = 0.5, 0.999
@@ -73,11 +73,37 @@ def band_of(waves: Waves, spectrum: spectra.Spectrum) -> tuple[float, float]:
 
 
 def components_of(waves: Waves) -> Components:
-    """Components of a section [waves]; a regular wave is one component.
+    """Components of a section [waves], without its `crest`; a regular wave is one component.
 
     Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
     """
     return _remembered(partial(_components_of, waves), waves)
+
+
+def sea_of(scene: Scene) -> Components:
+    """Components of a scene's waves, with the crest that is prescribed.
+
+    The sea that differs least from the random one, measured by the spectrum, and has the height `crest` and no slope in
+    time at its place and time (Taylor, Jonathan, Harland 1997); without the random one NewWave (Tromans et al. 1991).
+    """
+    if scene.waves.crest is None:
+        return components_of(scene.waves)
+    return _remembered(partial(_with_crest, scene), scene.waves, scene.sea, scene.current, scene.gravity, "crest")
+
+
+def _with_crest(scene):
+    waves, sea = scene.waves, components_of(scene.waves)
+    runs = [propagation(scene, *pair) for pair in zip(2 * math.pi / sea.frequency, sea.direction_deg, strict=True)]
+    k, w = np.array([(p.wavenumber, p.at_ground) for p in runs]).T
+    x, y = waves.crest_position
+    angle = np.radians(sea.direction_deg)
+    there = k * (np.cos(angle) * x + np.sin(angle) * y) - w * waves.crest_time
+    z = sea.amplitude * np.exp(1j * (sea.phase + there)) if waves.crest_sea == "random" else np.zeros(len(k), complex)
+    # parts of the variance: equal bins' own, not the squares of random amplitudes
+    part = components_of(waves.model_copy(update={"amplitudes": "fixed"})).amplitude ** 2
+    part /= part.sum()
+    z += part * (waves.crest - z.real.sum() - 1j * w * (w @ z.imag) / (part @ w**2))
+    return Components(np.abs(z), sea.frequency, sea.direction_deg, np.mod(np.angle(z) - there, 2 * math.pi))
 
 
 #: (sections of a scene, which do not change, what was made of them): a run needs the same ones several times.
@@ -286,7 +312,7 @@ class AirySum:
         if scene.waves.theory == "stream":
             runs = propagation(scene, scene.waves.period, scene.waves.direction_deg)
             return cls._of_harmonics(scene.waves, stream_wave(scene), runs, scene.sea.depth)
-        c = components_of(scene.waves)
+        c = sea_of(scene)
         periods, angles = 2 * math.pi / c.frequency, np.radians(c.direction_deg)
         waves = [propagation(scene, *pair) for pair in zip(periods, c.direction_deg, strict=True)]
         k, in_water, at_ground = np.array([(p.wavenumber, p.in_water, p.at_ground) for p in waves]).T

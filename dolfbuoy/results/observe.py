@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import effects
-from ..model.airy import components_of
+from ..model.airy import sea_of
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
 from ..model.rigid import mass_properties
@@ -246,7 +246,7 @@ class Observer:
         if waves is None or not waves.irregular or not self.problem.dynamic:
             return {}
         names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
-        return dict(zip(names, components_of(waves).as_rows().T, strict=True))
+        return dict(zip(names, sea_of(self.problem.scene).as_rows().T, strict=True))
 
     def _along(self) -> dict[str, NDArray[Any]]:
         """Cable after cable, each from its lower end on, and which cable and segment they belong to."""

@@ -100,7 +100,7 @@ def runs_of(sources: Iterable[Any], start: float | None = None, point: Sequence[
                 raise InputError(f"{source}: a sweep keeps no records: its statistics begin after the ramp.")
             found += _cases_in(Path(source))
         else:
-            found.append(_run(source, k, start, point))
+            found.append(run_of(source, k, start, point))
     if not found:
         raise InputError("There is no run to make statistics of.")
     return found
@@ -120,7 +120,10 @@ def _cases_in(folder: Path) -> list[Run]:
     return sorted(found, key=lambda run: (run.set, run.name))
 
 
-def _run(source: xr.Dataset | str | Path, number: int, start: float | None, point: Sequence[float] | None) -> Run:
+def run_of(
+    source: xr.Dataset | str | Path, number: int = 0, start: float | None = None, point: Sequence[float] | None = None
+) -> Run:
+    """Run of a record, or of the folder of one.  Raises InputError."""
     if isinstance(source, xr.Dataset):
         record, name = source, f"run {number}"
     else:
@@ -347,13 +350,39 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
     }
     data = {n: ("series", [row[i] for row in rows], {"long_name": names[n]}) for i, n in enumerate(names)}
-    coordinates = {
+    attributes = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
+    return xr.Dataset(data, _over_series(labels), attrs=attributes)
+
+
+def _over_series(labels: list[str]) -> dict[str, Any]:
+    """Coordinates of numbers of one value for each series."""
+    return {
         "series": [place_of(label).name for label in labels],
         "part": ("series", [place_of(label).part for label in labels]),
         "unit": ("series", [described(label)[0] for label in labels]),
     }
-    attributes = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
-    return xr.Dataset(data, coordinates, attrs=attributes)
+
+
+def against_seeds(runs: list[Run], design: Run) -> xr.Dataset:
+    """Over `series`: largest value of a run in a design wave, and the probability that the largest of 3 h of a sea is
+    above it, by the runs of one set; `most_probable` largest value of the set.  Raises InputError.
+    """
+    if len({run.set for run in runs}) != 1:
+        raise InputError("--design: goes with runs that differ in their seed only.")
+    rows = {}
+    for label in _labels(runs, "peaks"):
+        if label in design.sample["series"]:
+            gumbel, length = gumbels(runs, label)
+            largest, times = design.sample["series"][label]["maximum"], DURATION / length
+            rows[label] = largest, gumbel.most_probable(times), float(gumbel.above(largest, times))
+    names = {
+        "largest": "largest value in the design wave, in the unit of the series",
+        "most_probable": f"most probable largest value of {HOURS:g} h, in the unit of the series",
+        "above": f"probability that the largest value of {HOURS:g} h is above that of the design wave",
+    }
+    columns = zip(*rows.values(), strict=True)
+    data = {n: ("series", list(column), {"long_name": names[n]}) for n, column in zip(names, columns, strict=True)}
+    return xr.Dataset(data, _over_series(list(rows)))
 
 
 def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]:

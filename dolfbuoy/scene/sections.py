@@ -231,6 +231,10 @@ class Scene(Section):
             raise Missing("cable", "or buoy: without them nothing would move")
         need("waves", "sea", "without it there is no water")
         need("current", "sea", "without it there is no water")
+        if self.waves is not None and self.sea is not None and self.waves.theory == "stream":
+            if self.gravity == 0:
+                raise Wrong("gravity", self.gravity, "carries no waves of theory = 'stream'")
+            self.__dict__["waves"] = self.waves.with_period(self.sea.depth, self.gravity)
         if self.waves is not None and self.gravity == 0 and self.waves.irregular:
             raise Wrong(
                 "gravity", self.gravity, "carries no irregular sea of [waves]: no dispersion relation gives wavelengths"

@@ -1,6 +1,7 @@
 """The section [waves]: a regular wave, or an irregular sea."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
@@ -61,8 +62,10 @@ REGULAR, SPECTRUM, COMPONENTS, ELEVATION = "period", "spectrum", "components", "
 #: Keys that go with one of them only.
 _OF = {
     REGULAR: ("amplitude", "height", "wavelength", "phase_deg", "theory", "order"),
-    SPECTRUM: ("significant_height", "peak_period", "gamma", "spreading", "seed", "amplitudes"),
+    SPECTRUM: ("significant_height", "peak_period", "gamma", "spreading", "seed", "amplitudes", "crest"),
 }
+#: Keys of a prescribed crest, which go with `crest`.
+_OF_CREST = ("crest_time", "crest_position", "crest_sea")
 
 
 class Waves(Section):
@@ -73,7 +76,9 @@ class Waves(Section):
     )
     height: Annotated[float, Field(ge=0, le=2e4)] | None = key("wave height, trough to crest", "m", default=None)
     period: q.Period | None = key("period of a regular wave", "s", default=None)
-    wavelength: q.Wavelength | None = key("wavelength; absent: from the dispersion relation", "m", default=None)
+    wavelength: q.Wavelength | None = key(
+        "wavelength; absent: from the dispersion relation; of theory stream instead of the period", "m", default=None
+    )
     direction_deg: q.Angle = key("direction of propagation, counterclockwise from x", "deg", default=0.0)
     phase_deg: q.Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
     ramp: q.Duration = key("ramp-up time of the waves", "s", default=0.0)
@@ -116,6 +121,14 @@ class Waves(Section):
     kinematics: Literal["step", "exact"] = key(
         "wave kinematics of seas and steep waves: once per step with gradients, or at every iterate", default="step"
     )
+    crest: Annotated[float, Field(gt=0, le=1e4)] | None = key(
+        "height of a crest that the sea is to have, above still water; absent: none", "m", default=None
+    )
+    crest_time: q.Duration | None = key("time of that crest", "s", default=None)
+    crest_position: q.Pair = key("place [x, y] of that crest", "m", default=(0.0, 0.0))
+    crest_sea: Literal["random", "newwave"] = key(
+        "sea around that crest: the random one of seed, or its mean shape alone (NewWave)", default="random"
+    )
     elevation: Record | None = key(
         "measured surface elevation at x = y = 0, [[t, eta], ...] or a file of these columns", "s, m", default=None
     )
@@ -135,6 +148,12 @@ class Waves(Section):
         if given[0] != REGULAR and self.stretching == "none":
             allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
             raise Wrong("stretching", self.stretching, allowed)
+        if self.crest is None:
+            self.refuse(_OF_CREST, "goes with crest only")
+        elif self.crest_time is None:
+            raise Missing("crest_time", f"time at which the crest of {self.crest:g} m comes [s]")
+        elif self.crest_time < self.ramp:
+            raise Wrong("crest_time", self.crest_time, f"must not lie within the ramp of {self.ramp:g} s")
         checks = {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}
         checks.get(given[0], lambda: None)()
         return self
@@ -149,8 +168,9 @@ class Waves(Section):
         return {REGULAR: self.period is not None or (sized and not any(sea.values()))} | sea
 
     def _regular(self) -> None:
-        if self.period is None:
-            raise Missing("period", "period of a regular wave [s]")
+        steep = self.theory == "stream"
+        if self.period is None and not (steep and self.wavelength is not None):
+            raise Missing("period", "period of a regular wave [s]" + (", or its wavelength" if steep else ""))
         if self.amplitude is None and self.height is None:
             raise Missing("amplitude", "or height, which is twice as much")
         if self.amplitude is not None and self.height is not None:
@@ -164,10 +184,25 @@ class Waves(Section):
             ["amplitude"],
             "does not go with theory = 'stream', whose crest is higher than its trough is deep: give height",
         )
-        self.refuse(["wavelength"], "does not go with theory = 'stream': it follows from height and period")
+        if self.wavelength is not None:
+            both = f"follows from height and period = {self.period} with theory = 'stream': give one of them"
+            if self.period is not None:
+                raise Wrong("wavelength", self.wavelength, both)
+            if self.period_seen_from == "ground":
+                raise Wrong("period_seen_from", "ground", "goes with period: a wavelength has the period in the water")
         self.refuse(["stretching"], "does not go with theory = 'stream', which holds up to the crest")
         if not self.height:
             raise Wrong("height", self.height, "must be above 0 with theory = 'stream'")
+
+    def with_period(self, depth: float, gravity: float) -> Self:
+        """The same steep wave given by its period, which follows from height and wavelength [m, m/s^2]."""
+        if self.period is not None or self.wavelength is None:
+            return self
+        from .stream import steady_wave
+
+        k = 2 * math.pi / self.wavelength
+        wave = steady_wave(self.height or 0.0, None, depth, gravity, 0.0, self.order, k)
+        return self.model_copy(update={"period": 2 * math.pi / (k * wave.speed), "wavelength": None})
 
     def _spectrum(self) -> None:
         formula = self.spectrum in FORMULAS if isinstance(self.spectrum, str) else False

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from test_kinematics import scene_of
 
-from dolfbuoy import InputError
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.forms import sea
 from dolfbuoy.model.airy import AirySum, stream_wave
 from dolfbuoy.model.kinematics import Kinematics
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.model.stream import _Series, breaking_height
+from dolfbuoy.model.sea import wavenumber
+from dolfbuoy.scene.stream import _Series, breaking_height
 
 G = 9.81
 #: (H, T, d, current along the wave): k, crest, Q, R, u at the crest's surface and at the bed below, Dw/Dt at the crest,
@@ -75,6 +76,21 @@ def test_wave_of_another_program(case):
     assert wave.crest - wave.trough == pytest.approx(H, rel=1e-12)
     assert bed[2] == 0
     assert 2 * math.pi / k / T == pytest.approx(wave.speed, rel=1e-12)
+
+
+def test_given_by_its_length():
+    """The period that the length has gives the length back, in the scene and in its file."""
+    hull = {"hull": [[0, 2], [2, 2]], "mass": 3000.0}
+    waves = {"theory": "stream", "height": 4.0, "wavelength": 70.0}
+    scene = load_scene({"sea": {"depth": 20.0}, "buoy": hull, "waves": waves})
+    assert scene.waves.wavelength is None
+    assert wavenumber(scene) == pytest.approx(2 * math.pi / 70.0, rel=1e-9)
+    assert load_scene(scene.to_dict()) == scene
+    for wrong, words in (({"period": 6.0}, "give one of them"), ({"period_seen_from": "ground"}, "goes with period")):
+        with pytest.raises(InputError, match=words):
+            load_scene({"sea": {"depth": 20.0}, "buoy": hull, "waves": waves | wrong})
+    with pytest.raises(InputError, match="of the height at which a wave of 30 m breaks"):
+        load_scene({"sea": {"depth": 20.0}, "buoy": hull, "waves": waves | {"wavelength": 30.0}})
 
 
 def test_in_a_current():

@@ -176,6 +176,19 @@ def test_directions_seeds_and_random_amplitudes():
         assert np.mean(np.cos(turned)) == pytest.approx(s / (s + 1), abs=0.06)  # of cos^2s(theta/2): r1 = s/(s + 1)
 
 
+@shows("waves.crest", "waves.crest_time", "waves.crest_position", "waves.crest_sea")
+def test_a_prescribed_crest():
+    """The sum of components has it; of NewWave these are all in phase there."""
+    crest = {"crest": 3.0, "crest_time": 12.0, "crest_position": [5.0, 0.0]}
+    for kind in ("random", "newwave"):
+        c = sea(**crest, crest_sea=kind)
+        k = np.array([wavenumber(2 * math.pi / period) for period in c.period.values])
+        there = np.radians(c.phase_deg.values) + k * 5.0 - 2 * math.pi / c.period.values * 12.0
+        assert c.amplitude.values @ np.cos(there) == pytest.approx(3.0, rel=1e-9)
+        in_phase = np.cos(there).min() > 1 - 1e-12
+        assert in_phase == (kind == "newwave")
+
+
 @shows("waves.spectrum.frequency", "waves.spectrum.direction_deg", "waves.spectrum.density")
 def test_a_spectrum_over_frequency_and_direction():
     f, theta = np.linspace(0.05, 0.2, 31), np.arange(-60.0, 61.0, 10.0)

@@ -97,7 +97,8 @@ STRUCTURAL = {
     "buoy.point_masses", "buoy.point_masses.mass", "buoy.point_masses.height", "waves.stretching", "current.profile",
     "waves.period_seen_from", "waves.spectrum", "waves.spectrum.frequency", "waves.spectrum.direction_deg",
     "waves.spectrum.density", "waves.components", "waves.band", "waves.seed", "waves.amplitudes", "waves.kinematics",
-    "waves.elevation", "waves.theory", "waves.order",
+    "waves.elevation", "waves.theory", "waves.order", "waves.crest", "waves.crest_time", "waves.crest_position",
+    "waves.crest_sea",
     "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth", "sea.dry_above",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.

@@ -17,7 +17,7 @@ import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import Fatigue
-from dolfbuoy.results.statistics import YEAR, Run, gumbels, lifetime, runs_of
+from dolfbuoy.results.statistics import YEAR, Run, against_seeds, gumbels, lifetime, runs_of
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
 from dolfbuoy.studies.sweep import sweep
 
@@ -155,6 +155,25 @@ def test_the_largest_value_of_fifty_years():
         below = [np.exp(-6 * np.exp(-(found - fit.location) / fit.scale)) for fit in fits]
         above = sum(p * (1 - b) for p, b in zip(shares, below, strict=True))
         assert above == pytest.approx(3 / (years * YEAR / 3600), rel=1e-6)
+
+
+def test_a_design_wave_against_the_seeds():
+    """Gumbel's distribution of runs of half an hour, six of them in 3 h, by hand."""
+    generator, runs = np.random.default_rng(3), []
+    for k, x in enumerate([*generator.gumbel(10.0, 1.0, 30), 15.0]):
+        sample = {
+            "duration": 1800.0,
+            "series": {"tension_top": {"maximum": float(x)}},
+            "peaks": {"tension_top": ([], [])},
+        }
+        runs.append(Run(str(k), sample, "design" if k == 30 else "sea"))
+    found = against_seeds(runs[:-1], runs[-1]).sel(series="tension_top")
+    fit = gumbels(runs[:-1], "tension_top")[0]
+    assert float(found.largest) == 15.0
+    assert float(found.above) == pytest.approx(1 - np.exp(-6 * np.exp(-(15.0 - fit.location) / fit.scale)), rel=1e-9)
+    assert float(found.most_probable) == pytest.approx(fit.location + fit.scale * np.log(6), rel=1e-9)
+    with pytest.raises(InputError, match="differ in their seed only"):
+        against_seeds(runs, runs[-1])
 
 
 def test_a_sea_without_runs_is_named(swept, tmp_path):

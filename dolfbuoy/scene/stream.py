@@ -13,9 +13,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from . import Array
+
+Array = NDArray[np.float64]
 
 #: Part of the height at which a wave breaks, 0.142 tanh(kd) of its length (Miche 1944), up to which the series is used.
 STEEPEST = 0.9
@@ -44,15 +46,17 @@ def breaking_height(k: float, depth: float) -> float:
 
 
 def steady_wave(
-    height: float, omega: float, depth: float, gravity: float, current: float, order: int, k: float
+    height: float, omega: float | None, depth: float, gravity: float, current: float, order: int, k: float
 ) -> StreamWave:
     """The wave of a height [m] whose crests pass a fixed point with the angular frequency omega [rad/s].
 
     current: mean speed of the water along the wave [m/s]; k: wavenumber of linear theory [1/m], from which the search
-    starts.  Raises InputError above 0.9 of the height at which the wave breaks, and where `order` is too low.
+    starts; without omega that of the wave.  Raises InputError above 0.9 of the height at which the wave breaks, and
+    where `order` is too low.
     """
     length, speed = 1 / k, math.sqrt(gravity / k)  # units: linear waves have k = 1, g = 1
-    series = _Series(order, depth / length, omega * length / speed, current / speed)
+    given = None if omega is None else omega * length / speed
+    series = _Series(order, depth / length, given, current / speed)
     wanted = height / length
     count = max(2, math.ceil(10 * height / breaking_height(k, depth)))
     found, before = series.linear(wanted / count), None
@@ -64,7 +68,7 @@ def steady_wave(
         if height > highest and (solution is None or height * n / count > highest):
             raise InputError(
                 f"waves.height = {height:g} m: must be at most {highest:.3g} m with theory = 'stream', {STEEPEST} of "
-                f"the height at which a wave of {2 * math.pi / omega:.4g} s breaks in {depth:g} m of water."
+                f"the height at which a wave of {_size(omega, k)} breaks in {depth:g} m of water."
             )
         if solution is None:
             raise InputError(
@@ -93,10 +97,14 @@ def steady_wave(
     )
 
 
+def _size(omega: float | None, k: float) -> str:
+    return f"{2 * math.pi / k:.4g} m" if omega is None else f"{2 * math.pi / omega:.4g} s"
+
+
 class _Series:
     """Equations of a wave in units of linear theory; unknown (eta_0 ... eta_N, B_1 ... B_N, k, c, Q - c d, R)."""
 
-    def __init__(self, order: int, depth: float, omega: float, current: float):
+    def __init__(self, order: int, depth: float, omega: float | None, current: float):
         self.order, self.depth, self.omega, self.current = order, depth, omega, current
         angles = np.pi / order * np.outer(np.arange(order + 1), np.arange(order + 1))  # (points, harmonics from 0)
         self.cosines, self.sines = np.cos(angles), np.sin(angles)
@@ -106,7 +114,8 @@ class _Series:
 
     def linear(self, height: float) -> Array:
         """Unknowns of linear theory."""
-        found, c = np.zeros(2 * self.order + 5), self.omega - self.current
+        found = np.zeros(2 * self.order + 5)
+        c = math.sqrt(math.tanh(self.depth)) if self.omega is None else self.omega - self.current
         found[: self.order + 1] = height / 2 * self.cosines[:, 1]
         found[self.order + 1] = height / 2 * c / math.tanh(self.depth)
         found[-4:] = 1.0, c, 0.0, c**2 / 2
@@ -145,11 +154,12 @@ class _Series:
         jk = j * k
         u = -c + cosine * C @ (jk * B)
         w = sine * S @ (jk * B)
+        passing = k - 1 if self.omega is None else k * (c + self.current) - self.omega
         residual = np.concatenate(
             [
                 -c * eta + cosine * S @ B + q,
                 0.5 * (u**2 + w**2) + eta - R,
-                [eta[0] - eta[-1] - height, self.trapezoid @ eta / self.order, k * (c + self.current) - self.omega],
+                [eta[0] - eta[-1] - height, self.trapezoid @ eta / self.order, passing],
             ]
         )
         J, at = np.zeros((len(x), len(x))), np.arange(n)
@@ -162,5 +172,5 @@ class _Series:
         J[n : 2 * n, -3], J[n : 2 * n, -1] = -u, -1.0
         J[-3, 0], J[-3, n - 1] = 1.0, -1.0
         J[-2, :n] = self.trapezoid / self.order
-        J[-1, -4], J[-1, -3] = c + self.current, k
+        J[-1, -4], J[-1, -3] = (1, 0) if self.omega is None else (c + self.current, k)
         return residual, J
