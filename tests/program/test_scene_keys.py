@@ -47,10 +47,10 @@ def test_every_key_is_described(key):
 
 
 #: Tables whose keys are names that the scene gives: as one value, and of sections.
-BY_NAME = ("solver.petsc", "buoy.fairleads", "initial.points", "uncertain")
+BY_NAME = ("solver.petsc", "buoy.fairleads", "vessel.fairleads", "initial.points", "uncertain")
 NAMED = "material"
 #: Sections that may be a list of tables.
-SECTIONS = ("cable", "buoy", "joint")
+SECTIONS = ("cable", "buoy", "joint", "vessel")
 
 
 def leaves(tree, prefix=""):
@@ -104,7 +104,9 @@ FLOATING = {
 NETWORK = {
     "material": {"rope": {"line_density": 2.0}},
     "joint": [{"name": "Y"}],
+    "vessel": [{"name": "ship", "position": [9.0, 0.0, 0.0], "fairleads": {"bow": [1.0, 0.0, 0.0]}}],
     "cable": [
+        {"name": "d", "material": "rope", "from": "Y", "to": "ship.bow", "length": 1.0},
         {"name": "a", "material": "rope", "to": "Y", "segments": [{"length": 1.0, "body": {}}, {"length": 1.0}]},
         {"name": "b", "material": "rope", "from": "Y", "to": "left", "length": 1.0},
         {"name": "c", "material": "rope", "from": "Y", "to": "right", "length": 1.0},
@@ -125,7 +127,15 @@ def test_defaults_are_those_of_scenes_that_leave_keys_out():
 
 
 #: Of tables in lists or by name, whose messages have a number or a name more.
-LISTED = ("buoy.point_masses.", "cable.segments.", "joint.", "material.", "buoy.wind.", "buoy.external_force.")
+LISTED = (
+    "buoy.point_masses.",
+    "cable.segments.",
+    "joint.",
+    "vessel.",
+    "material.",
+    "buoy.wind.",
+    "buoy.external_force.",
+)
 BOUNDED = [
     key for key in KEYS if re.fullmatch(r"(whole )?number [<>].*", key.range) and not key.name.startswith(LISTED)
 ]
