@@ -17,6 +17,7 @@ from .version import __version__ as __version__
 _OF_API = dict.fromkeys(("offsets", "periodic", "simulate", "solve_static", "wave_components"), "api")
 _OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
 _OF_API |= {"check": "check", "show": "page.folder"}
+_OF_API["Session"] = "coupling"
 _OF_API |= dict.fromkeys(("calibrate", "design", "sensitivities", "uncertainty"), "sensitivity")
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 

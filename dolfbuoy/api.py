@@ -137,6 +137,8 @@ def simulate(
         if scene is not None or out is not None or len(ends) < len(overrides):
             raise InputError("resume: a run goes on with its own scene and folder; only time__end may be changed.")
         checkpoint.load(resume, comm.size, *ends)  # or there is nothing to lock
+        if folders.remarks(resume, "run").get("session"):
+            raise InputError(f"{resume} was written by a session: only Session(resume = ...) goes on with it.")
         with folders.claimed(resume, comm):
             point = checkpoint.load(resume, comm.size, *ends)
             folders.go_on(resume, point.scene, comm)

@@ -65,6 +65,7 @@ typedef struct {
     int count;
     double *values, *work, *out;
     ptrdiff_t length;           /* of out */
+    const double *begin;        /* what is added to, or NULL: zeros */
 } evaluation;
 
 typedef struct {                /* entry k of a vector of PETSc is scale[k] * values[places[k]] */

@@ -63,7 +63,10 @@ void add_up(const evaluation *E)
 {
     for (int n = 0; n < E->before->count; ++n)
         E->before->all[n].call(E->before->all[n].context, E->values);
-    memset(E->out, 0, E->length * sizeof(double));
+    if (E->begin)
+        memcpy(E->out, E->begin, E->length * sizeof(double));
+    else
+        memset(E->out, 0, E->length * sizeof(double));
     for (int n = 0; n < E->count; ++n)
         integrate(E->integrals + n, E->values, E->work, E->out);
 }

@@ -94,6 +94,8 @@ class Buoy(Model):
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
         self.state, self.part = fem.Function(compat.real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
+        #: t -> arguments of `moving_state`, or None: as it is; no function where it moves as forces make it.
+        self.motion: Callable[[float], tuple[np.ndarray, ...] | None] | None = None
         if dynamic:
             self.gamma, self.history = compat.constant(self.mesh, 0.0), fem.Function(self.state.function_space)
             self.spin = None  #: L_C . d, followed where something may turn the buoy
@@ -252,6 +254,17 @@ class Buoy(Model):
         lagged = MOTION.mask("momentum", "angular_momentum")
         found = [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
         return [*found, self.spin] if self.spin else found
+
+    def clock(self, time: np.ndarray, u: np.ndarray) -> list:
+        found, motion, state = super().clock(time, u), self.motion, u[self.part.slice]
+        if motion is None:
+            return found
+
+        def move() -> None:
+            if (place := motion(time.item())) is not None:
+                state[:] = self.moving_state(*place)
+
+        return [*found, move]
 
     def begin(self, u: np.ndarray) -> None:
         self.memory["quaternion_drift"][:] = 0.0

@@ -48,7 +48,8 @@ class Joining:
         Lines and joints, after each line what attaches it to a buoy, the buoys at the end.  A single line has its
         attachment after the buoy.
         """
-        parts = [(np.arange(b.part.slice.start, b.part.slice.stop), (0, 0, np.inf)) for b in self.buoys.values()]
+        free = [buoy.part.slice for buoy in self.buoys.values() if buoy.motion is None]
+        parts = [(np.arange(place.start, place.stop), (0, 0, np.inf)) for place in free]
         for a in self.attachments:
             if a.rank == self.comm.rank:
                 alone = len(self.attachments) == 1

@@ -70,6 +70,8 @@ class Lines(Layout, Masses):
         super().__init__(comm, network, self.elastic and is_averaged(first), first.bending_stiffness > 0, begins)
         self._equip(scene, dynamic)
         self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
+        #: (piece, end: 0 or 1) -> its position [m] as a function of time, in place of the scene's.
+        self.driven: dict[tuple[int, int], Callable[[float], np.ndarray]] = {}
         mu = self.section.position_degree
         self._degree = scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
         self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
@@ -332,8 +334,9 @@ class Lines(Layout, Masses):
 
     def clock(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
         """Functions that bring the sea, and in u the ends that are held, to time[0]."""
-        tops = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
-        ends = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position) for dofs, top in tops]
+        tops = [(dofs, self.pieces[k].ends[i].top, (k, i)) for k, i, dofs in self.held_ends() if len(dofs)]
+        own = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position, end) for dofs, top, end in tops]
+        ends = [(dofs, self.driven.get(end, motion)) for dofs, motion, end in own]
         now = time if self.stopped is None else self.stopped
         return [*self.sea.clock(time), *held(ends, now, u[self.part.slice])]
 

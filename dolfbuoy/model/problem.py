@@ -1,7 +1,9 @@
 """A scene as one nonlinear system: its lines on all ranks, each buoy on the rank that owns an end of a line there."""
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Mapping
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -30,12 +32,16 @@ from .rigid import weight_per_length
 from .structure import structure_of
 from .wet_hull import SUBMERGED
 
+#: Problems whose memory may wait for each other: a look for what is garbage takes as long as a quarter of one of them.
+COLLECTED = 16
+
 
 class Problem:
     """Lines, bodies at their joints, buoys, their attachments, and the system that couples them.
 
     Unknowns of a rank: [lines | bodies (3 each) | attachments (6 each) | state of each buoy (13, statics 7)], each only
-    if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.
+    if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.  driven: motions of
+    buoys by name, which are no unknowns then: the residual of their rows is the force and moment that moves them so.
     """
 
     lines: Any  #: Lines or LineGroups; None without cables
@@ -44,8 +50,15 @@ class Problem:
     attachments: list[Any]  #: one Attachment for each end of a line on a buoy
     route: str | None  #: how the equilibrium was found
     iterations: int  #: of Newton, as the statics count them
+    destroyed = 0  #: problems of this process
 
-    def __init__(self, scene: Scene, dynamic: bool, comm: MPI.Comm = MPI.COMM_WORLD):
+    def __init__(
+        self,
+        scene: Scene,
+        dynamic: bool,
+        comm: MPI.Comm = MPI.COMM_WORLD,
+        driven: Mapping[str, Callable[[float], tuple[np.ndarray, ...]]] = MappingProxyType({}),
+    ):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.network = scene.network
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
@@ -58,6 +71,8 @@ class Problem:
         self.buoy_ranks = self._ranks()
         mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
         self.buoys = {name: Buoy(scene, name, dynamic) for name in mine}
+        for name in self.buoys.keys() & driven.keys():
+            self.buoys[name].motion = driven[name]
         self.attachments = []
         for piece, end in attached_ends(self.network):
             held = self.network.pieces[piece].ends[end]
@@ -221,6 +236,12 @@ class Problem:
         """The functions that do it for `time`, until a `change`."""
         return [function for model in self.models for function in model.clock(self.time, self.system.u)]
 
+    def drive(self, piece: int, end: int, motion: Callable[[float], np.ndarray]) -> None:
+        """Move an end of a piece of line that is held (0 at s = 0, 1 at s = L): t -> its position [m]."""
+        lines, number = self.lines.holder(piece)
+        lines.driven[number, end] = motion
+        self._advance = None
+
     def stop_ends(self) -> None:
         """Ends that are moved stay where they are from now on."""
         self.lines.stop(self.time.copy())
@@ -301,8 +322,14 @@ class Problem:
         return allreduce(self.comm, float(mine), MPI.MAX)
 
     def destroy(self) -> None:
-        """Give PETSc's objects back."""
+        """Give PETSc's objects back, and now and then the memory of what refers to itself.
+
+        Python does not by itself: what is made in a `quick_start` never counts as new.
+        """
         self.newton.destroy()
+        Problem.destroyed += 1
+        if Problem.destroyed % COLLECTED == 0 and gc.isenabled():
+            gc.collect()
 
 
 def _stretching_force(piece, weight):

@@ -296,7 +296,7 @@ class Predictor:
     """Start of Newton: the polynomial through the last `points` solutions, extrapolated."""
 
     def __init__(self, points=3):
-        self.points, self.count = points, 0
+        self.points, self.count, self._rows = points, 0, None
 
     @property
     def times(self):
@@ -310,7 +310,7 @@ class Predictor:
 
     def add(self, t, value):
         """A solution."""
-        if self.count == 0:
+        if self._rows is None:
             times, rows = self._times, self._rows = np.zeros(self.points), np.zeros((self.points, len(value)))
             self._older = [(times[1:], times[:-1]), (rows[1:].ravel(), rows[:-1].ravel())]
         copies(self._older)()
@@ -333,6 +333,7 @@ class Predictor:
 
     def restore(self, state):
         """Be as in that state."""
+        self.count = 0
         for t, value in reversed(list(zip(state["times"], state["values"], strict=True))):
             self.add(t, value)
 

@@ -1,6 +1,7 @@
 """A scene in time: initial state, implicit steps, and what is retried when a step fails."""
 
 from collections.abc import Callable
+from types import MappingProxyType
 
 import numpy as np
 
@@ -21,20 +22,21 @@ class Simulation:
 
     scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
     problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `model.pool`.
+    driven: of a Problem made here, the motions of buoys; at the start they rest where they are.
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
     @quick_start()
-    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None, pool=None):
+    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None, pool=None, driven=MappingProxyType({})):
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
         self.followers: list[Callable[[], object]] = []  #: called when a step counts, before anything of it is past
         make = Problem if pool is None else pool.problem
-        start = initial_state(scene, comm, make) if state is None else None
+        start = initial_state(scene, comm, make, driven) if state is None else None
         self.at_rest = start is not None and start.at_rest
         if problem is None:
-            self.problem = make(scene, dynamic=True, comm=comm)
+            self.problem = make(scene, dynamic=True, comm=comm, **({"driven": driven} if driven else {}))
         else:
             self.problem = problem
             problem.change(scene)
@@ -181,12 +183,16 @@ class Simulation:
         for memory, kept in zip(filter(None, self.memory), listed(state, "memory"), strict=True):
             for name, values in memory.items():
                 values[:] = kept[name]
-        self.predictor = Predictor()
         self.predictor.restore(state["predictor"])
         vars(self.control).update(state["control"])
         self.problem.set_time(self.t)
         self.system.u[:] = state["u"]
         self.system.publish()
+
+    def drive(self, piece, end, motion):
+        """See `Problem.drive`."""
+        self.problem.drive(piece, end, motion)
+        self._made_for = None
 
     def stop_ends(self):
         """Ends that are moved stay where they are from now on."""

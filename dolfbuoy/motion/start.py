@@ -66,8 +66,11 @@ class Start:
                 getattr(problem, model).memory[name][:] = values
 
 
-def initial_state(scene, comm, make=Problem) -> Start:
-    """Start of a run; make: see solve_equilibrium.  Raises InputError for what cannot be."""
+def initial_state(scene, comm, make=Problem, driven=()) -> Start:
+    """Start of a run; make: see solve_equilibrium; driven: names of buoys that others move.
+
+    Raises InputError for what cannot be.
+    """
     check_feasible(scene)
     check_first_shape(scene)
     network = scene.network
@@ -79,6 +82,7 @@ def initial_state(scene, comm, make=Problem) -> Start:
         start.at_rest = False
     else:
         start = _from_shape(scene, comm)
+        start.at_rest = scene.initial.kind == "equilibrium" and network.buoys.keys() <= set(driven)
     for name, buoy in network.buoys.items():
         _set_buoy(start, name, buoy.initial)
     start.at_rest &= not any(_moves(end.top, piece) for piece in network.pieces for end in piece.ends)

@@ -122,7 +122,7 @@ def _holds(path: Path, kind: str, scene: Scene, overwrite: bool) -> bool:
     entry = _manifest(path).get(kind, {})
     record = path / FILES[kind][0]
     listed = record.name in entry.get("files", ()) and record.exists()
-    same = listed and digest(scene) in (entry.get("scene"), entry.get("requested"))
+    same = listed and digest(scene) in (entry.get("scene"), entry.get("requested")) and not entry.get("session")
     if same and entry.get("finished") and not overwrite:
         return True
     for name in FILES[kind]:
@@ -261,7 +261,8 @@ def remarks(path: str | Path, kind: str) -> dict[str, Any]:
 def can_resume(path: str | Path, scene: Scene) -> bool:
     """True if the folder holds a checkpoint of a run of this scene."""
     entry = _manifest(Path(path)).get("run", {})
-    return entry.get("scene") == digest(scene) and all((Path(path) / name).is_file() for name in FILES["run"])
+    mine = entry.get("scene") == digest(scene) and not entry.get("session")
+    return mine and all((Path(path) / name).is_file() for name in FILES["run"])
 
 
 def is_edited(path: str | Path, scene: Scene) -> bool:

@@ -140,6 +140,29 @@ class Record:
                 self._copy(old, counts)
         self.counts = dict(counts)
 
+    def lengths(self) -> dict[str, int]:
+        """Rows that were added along `time` and `frame`, on disk or not."""
+        pending = {axis: sum(_rows(block, axis) for block in self._blocks) for axis in self.counts}
+        return {axis: self.counts[axis] + pending[axis] for axis in self.counts}
+
+    def cut(self, lengths: dict[str, int]) -> bool:
+        """Drop what was added after these `lengths`; True if some of it was on disk."""
+        left, kept = {axis: lengths[axis] - self.counts[axis] for axis in self.counts}, []
+        for block in self._blocks:
+            taken = {axis: min(max(left[axis], 0), _rows(block, axis)) for axis in left}
+            kept.append({name: rows[: taken[_axis(name)]] for name, rows in block.items() if taken[_axis(name)]})
+            left = {axis: left[axis] - taken[axis] for axis in left}
+        self._blocks = [block for block in kept if block]
+        on_disk = {axis: min(lengths[axis], self.counts[axis]) for axis in lengths}
+        if on_disk == self.counts:
+            return False
+        with netCDF4.Dataset(self.path) as old:
+            old.set_auto_mask(False)
+            self.counts = dict.fromkeys(self.counts, 0)
+            self._copy(old, on_disk)
+        self.counts = on_disk
+        return True
+
     def _copy(self, old: Any, counts: dict[str, int]) -> None:
         """Write the record again, as long as `counts`."""
         with replacing(self.path) as part:
@@ -196,6 +219,11 @@ def _named(data: Mapping[str, Any], labels: dict[str, NDArray[Any]]) -> dict[str
     """Coordinates with the names of what these variables have dimensions of."""
     used = {dimension for dimensions, *_ in data.values() for dimension in dimensions}
     return {k: (k, labels[k], {"long_name": LABELED[k]}) for k in labels if k in used}
+
+
+def _rows(block: Mapping[str, NDArray[Any]], axis: str) -> int:
+    """Number of rows of a block along an axis."""
+    return max((len(rows) for name, rows in block.items() if _axis(name) == axis), default=0)
 
 
 def _axis(name: str) -> str:

@@ -117,6 +117,20 @@ class Recorder:
             if self.root:
                 self.record.add({name: [value] for name, value in ({"frame": sim.t} | values).items()})
 
+    def mark(self) -> dict[str, Any]:
+        """Marks by which `rewind` finds the present instant, whose row has been added."""
+        lengths = self.record.lengths()
+        lengths["time"] += self._count
+        return {"lengths": lengths, "next_frame": self._next_frame, "extremes": self._extremes.kept.copy()}
+
+    def rewind(self, mark: dict[str, Any]) -> None:
+        """Drop what was recorded since a `mark`; the Simulation is at that instant again.  Collective."""
+        self._next_frame, self._extremes.kept[:] = mark["next_frame"], mark["extremes"]
+        made = self.record.lengths()["time"]
+        self._count = min(max(mark["lengths"]["time"] - made, 0), self._count)
+        if bcast(self.simulation.comm, self.root and self.record.cut(mark["lengths"])):
+            self.save()  # the checkpoint on disk is of a later instant
+
     def save(self) -> None:
         """Bring all rows to the disk, then the state after the last one."""
         begin = clock.monotonic()

@@ -17,7 +17,7 @@ from .wave_files import columns_of
 MOST_ROWS = 100_000
 
 
-def _rising(allowed: str) -> Callable[[list[Any]], list[Any]]:
+def rising(allowed: str) -> Callable[[list[Any]], list[Any]]:
     """Validator of a table: its first column increases."""
 
     def check(rows: list[Any]) -> list[Any]:
@@ -33,7 +33,7 @@ _Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], Befo
 Motion = Annotated[
     list[_Row],
     Field(min_length=2, max_length=MOST_ROWS),
-    AfterValidator(_rising("must hold rows of growing time")),
+    AfterValidator(rising("must hold rows of growing time")),
     BeforeValidator(columns_of(4, "a table, or the name of a file")),
 ]
 
@@ -137,7 +137,7 @@ _Grown = Annotated[tuple[q.Height, _factor, _factor], BeforeValidator(q.finite_n
 MarineGrowth = Annotated[
     list[_Grown],
     Field(min_length=1, max_length=100),
-    AfterValidator(_rising("must hold rows [z, factor of the diameter, factor of the mass] with z increasing")),
+    AfterValidator(rising("must hold rows [z, factor of the diameter, factor of the mass] with z increasing")),
 ]
 
 MOST_ELEMENTS = 10_000_000

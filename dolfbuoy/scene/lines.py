@@ -16,7 +16,7 @@ def _place(value: Any) -> Any:
     try:
         return finite_numbers(3)(value)
     except ValueError:
-        raise ValueError("must be [x, y, z] or the name of a joint, a buoy or BUOY.FAIRLEAD") from None
+        raise ValueError("must be [x, y, z] or the name of a joint, a buoy, BUOY.FAIRLEAD or VESSEL.FAIRLEAD") from None
 
 
 Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
@@ -72,7 +72,10 @@ class Segment(_Segment):  # type: ignore[misc]  # pydantic makes its base
     """A piece of a cable, of one material."""
 
 
-_from = Place | None, key("lower end (s = 0): [x, y, z], a joint or a buoy; absent: the anchor", "m", None)
+_from = (
+    Place | None,
+    key("lower end (s = 0): [x, y, z] or a name as in `to`; absent: the anchor", "m", None),
+)
 _From: Any = create_model("_From", __base__=_Piece, **(_absent(Cable, Cable.model_fields) | {"from": _from}))
 
 
@@ -83,7 +86,9 @@ class Line(_From):  # type: ignore[misc]  # pydantic makes its base
     anchor: Vector | None = key("anchor position (s = 0); absent: [0, 0, -depth]", "m", default=None)
     top: Top | None = None
     name: Name | None = key("name of the cable; required if there are several", default=None)
-    to: Place | None = key("upper end (s = length): [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)
+    to: Place | None = key(
+        "upper end (s = length): [x, y, z], a joint, 'buoy', or 'NAME.FAIRLEAD' of a buoy or vessel", "m", default=None
+    )
     from_end: EndDirection | None = None
     to_end: EndDirection | None = None
     segments: list[Segment] | None = key("segments from the lower end up, instead of length", default=None)

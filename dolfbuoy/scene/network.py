@@ -30,7 +30,7 @@ class End:
     """Attachment of an end of a piece of line; clamp: its direction, None where it is pinned.
 
     kind: "fixed", "prescribed", "free" (`top` says where, or the force on it), "joint" (a free one) or "buoy" (at the
-    named fairlead, None: on its axis).  name: of the joint, held or free, or of the buoy.
+    named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or VESSEL.FAIRLEAD.
     """
 
     kind: str
@@ -168,6 +168,10 @@ class _Resolver:
         for name in joints:
             if name in self.buoys or name == "buoy":
                 raise Wrong("joint.name", name, "is the name of a buoy")
+        self.vessels = named(scene.vessel or [], "vessel")
+        for name in self.vessels:
+            if name in self.buoys or name in joints or name == "buoy":
+                raise Wrong("vessel.name", name, "is the name of a buoy or a joint")
         self.joints = {name: joint.held for name, joint in joints.items()}
         self.bodies = {name: joint for name, joint in joints.items() if any(_numbers(joint))}
         self.welds = {name for name, joint in joints.items() if joint.weld}
@@ -186,6 +190,9 @@ class _Resolver:
         for name in self.joints:
             if name not in self.used:
                 raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
+        for name in self.vessels:
+            if name not in self.used:
+                raise Wrong("vessel.name", name, "holds no cable: name a fairlead of it in from or to of a [[cable]]")
         # each buoy with its own wind, external force and start; those of the scene serve the only one
         buoys, alone, start = {}, len(self.buoys) == 1, type(self.scene.initial).model_construct()
         for name, buoy in self.buoys.items():
@@ -239,12 +246,18 @@ class _Resolver:
             held = self.joints[place]
             return End(held.kind, held, place) if held else End("joint", name=place)
         buoy, _, fairlead = place.partition(".")
+        if buoy in self.vessels:
+            points = self.vessels[buoy].fairleads
+            if fairlead not in points:
+                raise Wrong(key, place, f"must be one of the fairleads of {buoy}: {', '.join(points)}")
+            self.used.add(buoy)
+            held = self.vessels[buoy].held(fairlead)
+            return End(held.kind, held, place)
         if buoy == "buoy" and len(self.buoys) == 1:
             buoy = next(iter(self.buoys))
         if buoy not in self.buoys:
-            known = [*self.joints, *self.buoys]
-            allowed = f"must be [x, y, z] or one of the joints and buoys: {', '.join(known) or 'there is none'}"
-            raise Wrong(key, place, allowed)
+            names = ", ".join([*self.joints, *self.buoys, *self.vessels]) or "there is none"
+            raise Wrong(key, place, f"must be [x, y, z] or one of the joints, buoys and vessels: {names}")
         fairleads = self.buoys[buoy].fairleads or {}
         if fairlead and fairlead not in fairleads:
             raise Wrong(key, place, f"must be one of the fairleads of {buoy}: {', '.join(fairleads) or 'it has none'}")

@@ -17,6 +17,7 @@ from .network import Network, check_network, resolved
 from .petsc_options import checked
 from .quantities import Missing, Wrong
 from .section import Section, key
+from .vessel import Vessel
 from .waves import Waves
 
 
@@ -206,6 +207,7 @@ class Scene(Section):
     cable: Cables | None = None
     buoy: Buoys | None = None
     joint: list[Joint] | None = None
+    vessel: list[Vessel] | None = None
     library: str | None = key("TOML file of user-defined materials, one table of keys per name", default=None)
     material: dict[q.Name, Material] | None = None
     waves: Waves | None = None

@@ -22,14 +22,51 @@ def spectrum_of(value: Any) -> Any:
     if name in FORMULAS if isinstance(name, str) else not _is_file(value):
         return name
     path = _path(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
-    with path.open("rb") as file:
-        is_netcdf = file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-    return _directional(path) if is_netcdf else _columns(path, 2)
+    return _directional(path) if _is_netcdf(path) else _columns(path, 2)
 
 
 def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
     """Validator of a key that may name a text file of some columns: their rows in place of its name."""
     return lambda value: _columns(_path(value, allowed), count) if _is_file(value) else value
+
+
+#: Columns of a file of motions, with the names that each may have in a netCDF file.
+MOTIONS = (("time", "t"), ("x", "surge"), ("y", "sway"), ("z", "heave"), ("roll",), ("pitch",), ("yaw",))
+
+
+def motions_of(value: Any) -> Any:
+    """Value of `vessel.motion` with the rows of a file in place of its name.  Raises ValueError."""
+    if not _is_file(value):
+        return value
+    path = _path(value, "a table, or the name of a file")
+    return _motions(path) if _is_netcdf(path) else _columns(path, len(MOTIONS))
+
+
+def _motions(path: Path) -> list[list[float]]:
+    """time, x, y, z, roll, pitch, yaw of a netCDF file over time; angles in degrees unless their units are rad."""
+    import numpy as np
+    import xarray as xr
+
+    from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
+
+    check_netcdf(path)
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
+            columns = []
+            for names in MOTIONS:
+                found = data[next((name for name in names if name in data.variables), names[0])]
+                if found.ndim != 1 or found.size > 1_000_000:
+                    raise ValueError(f"{names[0]} must be a series over time, not over {found.dims}")
+                is_radian = str(found.attrs.get("units", "")).startswith("rad")
+                columns.append(found.values.astype(float) * (180 / np.pi if is_radian else 1.0))
+    except (OSError, KeyError, RuntimeError) as error:
+        raise ValueError(f"its netCDF file must hold time, x, y, z, roll, pitch, yaw ({error})") from None
+    return [[float(x) for x in row] for row in zip(*columns, strict=True)]
+
+
+def _is_netcdf(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 def _is_file(value: Any) -> bool:

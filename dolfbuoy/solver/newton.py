@@ -237,7 +237,9 @@ class Newton:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on with the matrix of `state`."""
-        self.fallbacks = state["fallbacks"]
+        self.fallbacks, self.numbers.valid = state["fallbacks"], False
+        if self.system.gamma != state["gamma"]:
+            self.system.gamma = None  # scales of nearly the same step would stay, and differ in their last digits
         self.set_scales(state["gamma"])
         if state.get("matrix") is None:
             return

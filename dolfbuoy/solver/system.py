@@ -8,6 +8,7 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 """
 
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from petsc4py import PETSc
 
 from ..elsewhere import MPI
 from . import Array
+from .c_code import address, aligned
 from .callbacks import Callbacks
 from .loops import Hooks, Loop, Scaled, Shared
 from .numbering import Numbering, preallocate, set_values
@@ -104,6 +106,16 @@ class System:
             with ghosted.localForm() as local:
                 self.unknown_scales[:] = local.array_r
         return True
+
+    @cached_property
+    def loads(self) -> Array:
+        """Loads on the rows of the local unknowns, with the sign of a residual: what it begins with, at first zeros.
+
+        To be changed in place between solves; a System whose loads nobody looks at has none.
+        """
+        loads = aligned(self.size)
+        self.add_residuals.described.begin = address(loads)
+        return loads
 
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 

@@ -19,7 +19,7 @@ LAYERS = (
     ("studies",),
     ("page",),
     ("sensitivity",),
-    ("api", "linear_api", "check"),
+    ("api", "linear_api", "check", "coupling"),
     ("accuracy",),
     ("results", "motion", "linear", "formats"),
     ("statics",),

@@ -49,10 +49,10 @@ def test_every_key_is_described(key):
 
 
 #: Tables whose keys are names that the scene gives: as one value, and of sections.
-BY_NAME = ("solver.petsc", "buoy.fairleads", "initial.points", "uncertain")
+BY_NAME = ("solver.petsc", "buoy.fairleads", "vessel.fairleads", "initial.points", "uncertain")
 NAMED = "material"
 #: Sections that may be a list of tables.
-SECTIONS = ("cable", "buoy", "joint")
+SECTIONS = ("cable", "buoy", "joint", "vessel")
 
 
 def leaves(tree, prefix=""):
@@ -106,7 +106,9 @@ FLOATING = {
 NETWORK = {
     "material": {"rope": {"line_density": 2.0}},
     "joint": [{"name": "Y"}],
+    "vessel": [{"name": "ship", "position": [9.0, 0.0, 0.0], "fairleads": {"bow": [1.0, 0.0, 0.0]}}],
     "cable": [
+        {"name": "d", "material": "rope", "from": "Y", "to": "ship.bow", "length": 1.0},
         {"name": "a", "material": "rope", "to": "Y", "segments": [{"length": 1.0, "body": {}}, {"length": 1.0}]},
         {"name": "b", "material": "rope", "from": "Y", "to": "left", "length": 1.0},
         {"name": "c", "material": "rope", "from": "Y", "to": "right", "length": 1.0},
@@ -133,6 +135,7 @@ LISTED = (
     "cable.from_end.",
     "cable.to_end.",
     "joint.",
+    "vessel.",
     "material.",
     "buoy.wind.",
     "buoy.external_force.",

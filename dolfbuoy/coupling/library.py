@@ -1,0 +1,63 @@
+"""The shared library libdolfbuoy, compiled for this Python: it embeds it, and calls `served`.
+
+Embedded rather than a server apart, with which every step would wait for two processes to be woken, as long as a step
+of a short line itself takes; and a session ends with the program that holds it.  cffi writes the glue.
+"""
+
+import sysconfig
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..core.build import Unit, shared_library
+
+FOLDER = Path(__file__).parent
+HEADER, LIBRARY = "dolfbuoy.h", "libdolfbuoy.so"
+
+#: Before anything else: extension modules look for Python's functions among those of all libraries, where a host that
+#: loads this one later does not put them.  A host that is Python has its own.
+FIRST = """
+#define _GNU_SOURCE
+#include <dlfcn.h>
+__attribute__((constructor)) static void share_python(void)
+{{
+    if (!dlsym(RTLD_DEFAULT, "Py_IsInitialized"))
+        dlopen("{python}", RTLD_LAZY | RTLD_GLOBAL);
+}}
+#include "dolfbuoy.h"
+"""
+
+#: In the Python that is embedded: what this one imports, before what the system has.
+START = """
+import site, sys
+known = list(sys.path)
+site.addsitedir({folder!r})
+of_system = [path for path in known if path.endswith("-packages")]
+sys.path[:] = [*(path for path in sys.path if path not in of_system), *of_system]
+from {name} import ffi
+from dolfbuoy.coupling.served import serve
+serve(ffi)
+"""
+
+
+def build(target: Path, more: Sequence[Path] = (), options: Sequence[str] = ()) -> Path:
+    """Compile the library, perhaps with more C files, to a path that ends in .so; returns it.
+
+    Raises InputError where there is no C compiler or no Python to be embedded, OSError.
+    """
+    from cffi import FFI, recompiler
+
+    builder, name = FFI(), f"{target.stem}_dolfbuoy"
+    text = (FOLDER / HEADER).read_text()
+    begin, end = "/* From here on cffi reads too: no preprocessor. */", "/* To here. */"
+    builder.embedding_api(text.partition(begin)[2].partition(end)[0])
+    known = sysconfig.get_config_var
+    builder.embedding_init_code(START.format(folder=sysconfig.get_path("purelib"), name=name))
+    with TemporaryDirectory() as folder:
+        glue = Path(folder) / "glue.c"
+        recompiler.make_c_source(builder, name, FIRST.format(python=known("INSTSONAME")), str(glue))
+        places = [f"-I{FOLDER}", *(f"-isystem{sysconfig.get_path(kind)}" for kind in ("include", "platinclude"))]
+        units = [Unit(file, [*places, *options]) for file in (glue, *more)]
+        libraries = [f"-L{known('LIBDIR')}", f"-lpython{known('LDVERSION')}", "-ldl"]
+        shared_library(target, units, libraries)
+    return target

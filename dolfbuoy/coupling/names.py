@@ -1,0 +1,79 @@
+"""Parts of a scene that a caller can drive, load or read, by their names."""
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..model.buoy import MOTION
+from ..scene.network import Network
+from .paths import Array
+
+
+def ends_of(network: Network, name: str) -> list[tuple[int, int]]:
+    """[(piece, end: 0 at s = 0, 1 at s = L)] of "CABLE.from" or "CABLE.to", or of all lines at a joint."""
+    cable, _, which = name.rpartition(".")
+    if cable in network.cables and which in ("from", "to"):
+        number = network.cables.index(cable)
+        return [(network.first_of(number), 0) if which == "from" else (network.last_of(number), 1)]
+    if name not in network.joints:
+        return []
+    return [(k, i) for k, piece in enumerate(network.pieces) for i in (0, 1) if piece.ends[i].name == name]
+
+
+def driven_ends(network: Network, name: str) -> list[tuple[int, int]]:
+    """`ends_of` what the caller drives.  Raises InputError for what is not held, or moved by the scene."""
+    pairs = ends_of(network, name)
+    kinds = {network.pieces[k].ends[i].kind for k, i in pairs}
+    if kinds == {"fixed"}:
+        return pairs
+    known = ", ".join(drivable(network)) or "there is nothing"
+    why = "there is no such thing" if not pairs else "the scene moves it"
+    why = why if kinds <= {"prescribed"} else "the scene does not hold it"
+    raise InputError(f"driven = {name!r}: {why}; must be of {known}.")
+
+
+def drivable(network: Network) -> list[str]:
+    """Names of what can be driven."""
+    found = [name for name in network.buoys if _moored(network, name)]
+    for number, cable in enumerate(network.cables):
+        for which, k, i in (("from", network.first_of(number), 0), ("to", network.last_of(number), 1)):
+            end = network.pieces[k].ends[i]
+            found += [end.name or f"{cable}.{which}"] if end.kind == "fixed" else []
+    return list(dict.fromkeys(found))
+
+
+def check_body(network: Network, name: str) -> None:
+    """Raise InputError for a buoy that cannot be driven."""
+    initial = network.buoys[name].initial
+    if not _moored(network, name):
+        raise InputError(f"driven = {name!r}: no line hangs on it, so that nothing is left to be solved.")
+    if initial is not None and (initial.buoy_velocity or initial.buoy_angular_velocity):
+        raise InputError(f"driven = {name!r}: it begins at rest, and the scene gives it a velocity.")
+
+
+def _moored(network: Network, name: str) -> bool:
+    return any(end.name == name for piece in network.pieces for end in piece.ends)
+
+
+def loaded_rows(problem: Any, name: str, driven: Any) -> tuple[int, Array]:
+    """Number of components of a load on a part, 6 or 3, and the rows of the System for them; none on other ranks.
+
+    driven: names of buoys and ends that the caller moves.  Raises InputError for what takes no load.
+    """
+    network = problem.network
+    if name in network.buoys and name not in driven:
+        buoy = problem.buoys.get(name)
+        at: Any = buoy and MOTION.of(np.arange(buoy.part.slice.start, buoy.part.slice.stop))
+        return 6, np.concatenate([at.momentum, at.angular_momentum]) if at else np.zeros(0, int)
+    pairs = [(k, i) for k, i in ends_of(network, name) if network.pieces[k].ends[i].kind in ("free", "joint")]
+    if not pairs:
+        known = [buoy for buoy in network.buoys if buoy not in driven] + list(network.meetings())
+        known += [f"{cable}.to" for k, cable in enumerate(network.cables) if _is_free(network, k)]
+        raise InputError(f"load: {name!r} must be of what moves freely: {', '.join(known) or 'there is nothing'}.")
+    piece, end = pairs[0]
+    return 3, problem.lines.end_dofs[piece][end] if problem.lines.owns_end(piece, end) else np.zeros(0, int)
+
+
+def _is_free(network: Network, cable: int) -> bool:
+    return network.pieces[network.last_of(cable)].ends[1].kind == "free"

@@ -1,0 +1,160 @@
+"""Motions of what a caller drives, between the instants at which it gives them, and what it reads of a body."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Numbers = Sequence[float]
+
+#: Parts of a step by which two times may differ and be one.
+SAME = 1e-9
+
+
+class BodyState(NamedTuple):
+    """Position of C [m], quaternion, velocity of C [m/s] and angular velocity [rad/s] in the world frame."""
+
+    position: Array
+    orientation: Array
+    velocity: Array
+    angular_velocity: Array
+
+
+class Wrench(NamedTuple):
+    """Force [N] and moment about C [N m], both in the world frame."""
+
+    force: Array
+    moment: Array
+
+
+class Path:
+    """Position [m] of a driven end, as a function of time over the step under way.
+
+    With a velocity at the end of the step it is the cubic that has positions and velocities of both ends (Hermite; its
+    error is of order 4 in the step, and the velocity has no jumps), without one the parabola through the last three
+    positions (order 3), at first the straight line through two.  In plain numbers: arrays of three cost more.
+
+    function: of time, in its place.
+    """
+
+    def __init__(self, t: float, value: Numbers) -> None:
+        """At rest since long before t."""
+        rest = [0.0] * len(value)
+        #: (time, value, rate or None) where the step before began, where this one does, and where it ends.
+        self.before: tuple[float, Numbers, Any] | None = None
+        self.start: tuple[float, Numbers, Any] = (t, value, rest)
+        self.end: tuple[float, Numbers, Any] = (t, value, rest)
+        self.function: Callable[[float], Any] | None = None
+        self._rest = rest
+        self._powers: list[Array] | None = None
+
+    def go(self, end: float, value: Numbers, rate: Numbers | None = None) -> None:
+        """Be at `value` at the time `end` of the step that begins now; rate: there."""
+        if rate is not None and self.end[2] is None:
+            self.end = (*self.end[:2], self._inside(self.end[0])[1])
+        self.before, self.start, self.end = self.start, self.end, (end, value, rate)
+        self._powers = None
+
+    def follow(self, end: float, target: tuple[Any, ...] | None) -> None:
+        """Take the step to the time `end`: to what the function gives, to the target of `to`, or stay."""
+        if self.function is not None:
+            target = self._target(self.function(end))
+        if target is None:
+            self.stay(end)
+        else:
+            self.to(end, *target)
+
+    def to(self, end: float, *target: Any) -> None:
+        """Be there at the time `end`; target: position [m], and velocity [m/s] or None."""
+        self.go(end, *target)
+
+    def _target(self, place: Any) -> tuple[Any, ...]:
+        return (place,)
+
+    def stay(self, end: float) -> None:
+        """Rest where it is until the time `end`."""
+        value = self.end[1]
+        self.before, self.start, self.end = None, (self.end[0], value, self._rest), (end, value, self._rest)
+        self._powers = [np.zeros(len(value))]
+
+    def at(self, t: float) -> tuple[Numbers, Numbers]:
+        """(value, rate) at a time of the step."""
+        end, value, rate = self.end
+        if abs(t - end) > SAME * (end - self.start[0]):
+            return self._inside(t)
+        return value, self._inside(end)[1] if rate is None else rate
+
+    def _inside(self, t: float) -> tuple[Any, Any]:
+        (begin, y0, v0), (end, y1, v1) = self.start, self.end
+        h = end - begin
+        if self._powers is None:
+            change = np.subtract(y1, y0)
+            self._powers = (
+                _cubic(change, h * np.array(v0), h * np.array(v1)) if v1 is not None else self._parabola(change)
+            )
+        s = (t - begin) / h if h else 0.0
+        value, rate = np.array(y0), np.zeros(len(y0))
+        for k, p in enumerate(self._powers, 1):
+            value, rate = value + p * s**k, rate + k * p * s ** (k - 1)
+        return value, rate / (h or 1.0)
+
+    def _parabola(self, change: Array) -> list[Array]:
+        if self.before is None or self.before[0] == self.start[0]:
+            return [change]
+        past = (self.start[0] - self.before[0]) / (self.end[0] - self.start[0])
+        bend = (np.subtract(self.before[1], self.start[1]) + past * change) / (past + past**2)
+        return [change - bend, bend]
+
+    def __call__(self, t: float) -> Any:
+        if self.function is not None:
+            return self.function(t)
+        end, value, _ = self.end
+        return value if abs(t - end) <= SAME * (end - self.start[0]) else self._inside(t)[0]
+
+
+def _cubic(change: Array, v0: Array, v1: Array) -> list[Array]:
+    return [v0, 3 * change - 2 * v0 - v1, v0 + v1 - 2 * change]
+
+
+class Pose(Path):
+    """As Path, of a body: position of C [m] and quaternion; called, it gives what `Buoy.moving_state` takes."""
+
+    def to(self, end: float, *target: Any) -> None:
+        """target: position [m], quaternion, velocity [m/s] and spin [rad/s] of the world frame, or twice None."""
+        position, orientation, velocity, spin = target
+        size = math.hypot(*orientation)
+        old = self.end[1][3:]
+        size = size if sum(a * b for a, b in zip(orientation, old, strict=True)) >= 0 else -size  # the nearer way
+        q4 = [x / size for x in orientation]
+        rate = None
+        if velocity is not None and spin is not None:
+            rate = [*velocity, *(x / 2 for x in product([0.0, *spin], q4))]
+        self.go(end, [*position, *q4], rate)
+
+    def _target(self, place: Any) -> tuple[Any, ...]:
+        return tuple(place)
+
+    def __call__(self, t: float) -> Any:
+        """(r_C, q_4, velocity of C, omega in the world frame)."""
+        if self.function is not None:
+            return tuple(map(np.array, self.function(t)))
+        value, rate = self.at(t)
+        w, x, y, z = value[3:]
+        size = w * w + x * x + y * y + z * z
+        spin = [2 * part / size for part in product(rate[3:], [w, -x, -y, -z])[1:]]
+        length = math.sqrt(size)
+        return np.array(value[:3]), np.array([w, x, y, z]) / length, np.array(rate[:3]), np.array(spin)
+
+
+def product(p: Numbers, q: Numbers) -> list[float]:
+    """Quaternion product p o q."""
+    (a, b, c, d), (w, x, y, z) = p, q
+    return [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]

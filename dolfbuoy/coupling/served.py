@@ -1,0 +1,231 @@
+"""The functions of dolfbuoy.h, which the shared library calls in the Python that it embeds."""
+
+import sys
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, SolveError
+from ..scene import parse_assignment
+from .paths import Array, Pose
+from .session import Saved, Session
+
+DONE, FAILED, REFUSED, BROKEN = 0, 1, 2, 3
+
+
+class Client:
+    """A session as a program in C sees it: chosen step by step, then opened; arrays of all that is driven."""
+
+    def __init__(self, scene: str) -> None:
+        self.scene = scene
+        self.changes: dict[str, Any] = {}
+        self.names: list[str] = []
+        self.folder: str | None = None
+        self.message: Any = None
+        self._session: Session | None = None
+        self._saved: dict[int, Saved] = {}
+        self._count = 0
+
+    @property
+    def session(self) -> Session:
+        """The Session, once it is open."""
+        if self._session is None:
+            raise InputError("dolfbuoy_init must be called before.")
+        return self._session
+
+    def choose(self, place: Callable[[], object]) -> None:
+        """Do what must come before the session opens."""
+        if self._session is not None:
+            raise InputError("dolfbuoy_init was called already: the scene can no longer be changed.")
+        place()
+
+    def open(self) -> None:
+        """Find the equilibrium."""
+        self.choose(lambda: None)
+        self._session = Session(self.scene, self.folder, driven=self.names, **self.changes)
+
+    def bodies(self) -> list[bool]:
+        """True for each thing that is driven and is a body."""
+        paths = self.session.paths
+        return [isinstance(paths[name], Pose) for name in self.names]
+
+    def sizes(self) -> tuple[int, int]:
+        """Count of the numbers of x and of v or f."""
+        bodies = self.bodies()
+        return sum(7 if body else 3 for body in bodies), sum(6 if body else 3 for body in bodies)
+
+    def places(self) -> Array:
+        """x of all that is driven."""
+        return np.concatenate([np.zeros(0), *(self.session.paths[name].end[1] for name in self.names)])
+
+    def forces(self) -> Array:
+        """f of all that is driven."""
+        s = self.session
+        pairs = zip(self.names, self.bodies(), strict=True)
+        return np.concatenate(
+            [np.zeros(0), *(np.ravel(s.pulls(name) if body else s.pull(name)) for name, body in pairs)]
+        )
+
+    def step(self, x: Array, v: Array | None, dt: float) -> None:
+        """Drive everything there, and go on."""
+        at = of_v = 0
+        for name, body in zip(self.names, self.bodies(), strict=True):
+            speeds = [None, None] if v is None else [v[of_v : of_v + 3], v[of_v + 3 : of_v + 6]]
+            if body:
+                self.session.drive(name, x[at : at + 3], x[at + 3 : at + 7], *speeds)
+            else:
+                self.session.drive(name, x[at : at + 3], velocity=speeds[0])
+            at, of_v = at + (7 if body else 3), of_v + (6 if body else 3)
+        self.session.step(dt)
+
+    def values(self, quantity: str, count: int) -> Array:
+        """Numbers of a quantity of a record.  Raises InputError."""
+        known = self.session.values()
+        found = known.get(quantity)
+        if found is None or np.size(found) != count:
+            sizes = ", ".join(f"{name} ({np.size(values)})" for name, values in known.items())
+            raise InputError(f"{quantity!r} with {count} numbers: must be of {sizes}.")
+        return np.ravel(found)
+
+    def save(self) -> int:
+        """Keep the present instant; returns its number."""
+        self._count += 1
+        self._saved[self._count] = self.session.save()
+        return self._count
+
+    def restore(self, number: int) -> None:
+        """Be where `save` was called.  Raises InputError for another number."""
+        self.session.restore(self._known(number))
+
+    def forget(self, number: int) -> None:
+        """Give back the memory of that instant.  Raises InputError for another number."""
+        self._known(number)
+        del self._saved[number]
+
+    def _known(self, number: int) -> Saved:
+        if number not in self._saved:
+            raise InputError(f"number = {number}: must be one that dolfbuoy_save gave, and not forgotten.")
+        return self._saved[number]
+
+    def close(self) -> None:
+        """End the session, if it is open."""
+        if self._session is not None:
+            self._session.close()
+
+
+def serve(ffi: Any) -> None:
+    """Be what the library calls; ffi: of its compiled declarations."""
+    alive: dict[int, Any] = {}
+    if not getattr(sys, "argv", None) or not sys.argv[0]:
+        sys.argv = ["libdolfbuoy"]
+
+    def text(pointer: Any) -> str:
+        return str(ffi.string(pointer).decode())
+
+    def read(pointer: Any, count: int) -> Array:
+        return np.frombuffer(ffi.buffer(pointer, 8 * count)).copy() if count else np.zeros(0)
+
+    def write(pointer: Any, values: Array) -> None:
+        if pointer != ffi.NULL and len(values):
+            ffi.buffer(pointer, 8 * len(values))[:] = np.ascontiguousarray(values, dtype=float).tobytes()
+
+    def function(do: Callable[..., object]) -> None:
+        """Let C call dolfbuoy_NAME, a function of a Client; its errors become numbers and a message."""
+
+        def call(pointer: Any, *arguments: Any) -> int:
+            client, code = ffi.from_handle(ffi.cast("void *", pointer)), DONE
+            try:
+                do(client, *arguments)
+            except Exception as error:
+                code = REFUSED if isinstance(error, InputError) else FAILED if isinstance(error, SolveError) else BROKEN
+                sentence = str(error) if code != BROKEN else "".join(traceback.format_exception(error))
+                client.message = ffi.new("char[]", sentence.encode())
+            return code
+
+        ffi.def_extern(name=f"dolfbuoy_{do.__name__.rstrip('_')}", error=BROKEN)(call)
+
+    def create(scene: Any) -> Any:
+        handle = ffi.new_handle(Client(text(scene)))
+        pointer = ffi.cast("dolfbuoy *", handle)
+        alive[int(ffi.cast("uintptr_t", pointer))] = handle
+        return pointer
+
+    def message(pointer: Any) -> Any:
+        client = ffi.from_handle(ffi.cast("void *", pointer))
+        client.message = client.message or ffi.new("char[]", b"")
+        return client.message
+
+    ffi.def_extern(name="dolfbuoy_create")(create)
+    ffi.def_extern(name="dolfbuoy_message")(message)
+
+    @function
+    def set_(client: Client, assignment: Any) -> None:
+        client.choose(lambda: client.changes.update([parse_assignment(text(assignment))]))
+
+    @function
+    def drive(client: Client, name: Any) -> None:
+        client.choose(lambda: client.names.append(text(name)))
+
+    @function
+    def record(client: Client, folder: Any) -> None:
+        client.choose(lambda: setattr(client, "folder", text(folder)))
+
+    @function
+    def init(client: Client) -> None:
+        client.open()
+
+    @function
+    def sizes(client: Client, of_x: Any, of_v: Any) -> None:
+        of_x[0], of_v[0] = client.sizes()
+
+    @function
+    def now(client: Client, t: Any, x: Any, f: Any) -> None:
+        write(t, np.array([client.session.t]))
+        write(x, client.places())
+        write(f, client.forces())
+
+    @function
+    def step(client: Client, x: Any, v: Any, f: Any, t: Any, dt: float) -> None:
+        of_x, of_v = client.sizes()
+        client.step(read(x, of_x), None if v == ffi.NULL else read(v, of_v), dt)
+        write(f, client.forces())
+        write(t, np.array([client.session.t]))
+
+    @function
+    def load(client: Client, name: Any, force: Any, moment: Any) -> None:
+        force, moment = (np.zeros(3) if one == ffi.NULL else read(one, 3) for one in (force, moment))
+        client.session.load(text(name), force, moment)
+
+    @function
+    def state(client: Client, buoy: Any, numbers: Any) -> None:
+        write(numbers, np.concatenate(client.session.state(text(buoy))))
+
+    @function
+    def values(client: Client, quantity: Any, numbers: Any, count: int) -> None:
+        write(numbers, client.values(text(quantity), count))
+
+    @function
+    def elevation(client: Client, points: Any, count: int, numbers: Any) -> None:
+        flat = read(points, 2 * count).reshape(count, 2)
+        write(numbers, client.session.elevation(np.column_stack([flat, np.zeros(count)])))
+
+    @function
+    def save(client: Client, number: Any) -> None:
+        number[0] = client.save()
+
+    @function
+    def restore(client: Client, number: int) -> None:
+        client.restore(number)
+
+    @function
+    def forget(client: Client, number: int) -> None:
+        client.forget(number)
+
+    @function
+    def close(client: Client) -> None:
+        client.close()
+        for number, handle in list(alive.items()):
+            if ffi.from_handle(handle) is client:
+                del alive[number]

@@ -1,0 +1,398 @@
+"""A scene that a caller advances step by step: drives, loads, reads, goes back.
+
+World frame: z up, z = 0 at still water.  SI units, angles in rad.  Quaternions (q0, q1, q2, q3), q0 first, turn vectors
+of the body into those of the world.  Forces are those on the caller's side, as each function says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+
+from ..elsewhere import MPI
+from ..errors import InputError
+from ..model.attachment import FIELDS
+from ..model.buoy import MOTION
+from ..model.rigid import rotation_of
+from ..model.sea import elevation_at, velocity_at
+from ..motion.simulation import Simulation
+from ..parallel import interruption
+from ..parallel.ranks import bcast
+from ..results import checkpoint
+from ..results import folder as folders
+from ..results.observe import Observer
+from ..results.recorder import Recorder
+from ..scene import load_scene
+from . import names
+from .paths import Array, BodyState, Path, Pose, Wrench
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+#: Largest number that is taken as a coordinate [m], and as a load [N, N m].
+FARTHEST, LARGEST = 1e9, 1e15
+#: What belongs to an instant besides the Simulation.
+_OWN = ("_series", "_required", "_targets")
+
+
+class Saved(NamedTuple):
+    """State of a Session at an instant, for `restore`."""
+
+    session: int
+    state: dict[str, Any]
+    assembled: int
+    own: dict[str, Any]
+    mark: dict[str, Any] | None
+
+
+class Session:
+    """A scene at t = 0 in its equilibrium, or from a checkpoint, that goes on when it is told to; a context manager.
+
+    scene: as for `simulate`, with a section [time]: its step is the longest that is taken, its end does not count.
+    driven: names of what the caller will move.  Ends of lines that the scene holds: "CABLE.from", "CABLE.to", or the
+    name of a joint with a position; and buoys, which then move as the caller says and no force on them matters.
+    out: folder for results.nc, scene.toml and checkpoint.npz, written as in a run; without it nothing is recorded.
+    resume: folder of a run or session to go on with, instead of scene and out.  comm: on several ranks all functions
+    are collective.  overwrite, overrides: as for `simulate`.
+    Raises InputError for an impossible scene, folder or name, SolveError when no equilibrium is found.
+    """
+
+    def __init__(
+        self,
+        scene: Scene | str | File | dict[str, Any] | None = None,
+        out: str | File | None = None,
+        *,
+        driven: Iterable[str] = (),
+        resume: str | File | None = None,
+        comm: Any = MPI.COMM_WORLD,
+        overwrite: bool = False,
+        **overrides: Any,
+    ) -> None:
+        self.comm, self._open, self._recorder = comm, ExitStack(), None
+        if (scene is None) == (resume is None) or (resume is not None and (out is not None or overrides)):
+            raise InputError("A session needs a scene, or resume = a folder, which then brings its own scene.")
+        try:
+            folder, point = (out, None) if resume is None else (resume, checkpoint.load(resume, comm.size))
+            self.scene = load_scene(scene or {}, **overrides) if point is None else point.scene
+            if folder is not None:
+                self._open.enter_context(folders.claimed(folder, comm))
+                point = point and checkpoint.load(folder, comm.size)  # nobody writes there any more
+                self._take(File(folder), point, overwrite)
+            self._begin(driven, point)
+            if folder is not None:
+                self._recorder = Recorder(self.simulation, File(folder), point)
+                self._recorder.record.attributes["session"] = "driven: " + (", ".join(self.paths) or "nothing")
+        except BaseException:
+            self._open.close()
+            raise
+
+    # -- set-up -------------------------------------------------------------------------------------------------------
+
+    def _take(self, folder: File, point: checkpoint.Checkpoint | None, overwrite: bool) -> None:
+        """Be ready to write in a folder."""
+        if point is not None:
+            folders.go_on(folder, self.scene, self.comm)
+        else:
+            if folders.holds(folder, "run", self.scene, overwrite, self.comm):
+                raise InputError(f"{folder} holds a run of this scene: take another folder, or overwrite = True.")
+            if self.comm.rank == 0:
+                folders.begin(folder, "run", self.scene)
+        if self.comm.rank == 0:
+            folders.remark(folder, "run", session=True)
+
+    def _begin(self, driven: Iterable[str], point: checkpoint.Checkpoint | None) -> None:
+        network, driven = self.scene.network, [driven] if isinstance(driven, str) else list(driven)
+        ends = {name: names.driven_ends(network, name) for name in driven if name not in network.buoys}
+        bodies = {name: partial(self._place, name) for name in driven if name not in ends}
+        for name in bodies:
+            names.check_body(network, name)
+        self.paths: dict[str, Path] = {}
+        self._targets: dict[str, tuple[Any, ...]] = {}
+        state = point.states[self.comm.rank] if point else None
+        self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
+        self._open.callback(self.simulation.problem.destroy)
+        for name in driven:
+            if name in bodies:
+                self.paths[name] = Pose(self.t, [float(x) for x in np.concatenate(self.state(name)[:2])])
+                continue
+            self.paths[name] = Path(self.t, [float(x) for x in self._end_now(*ends[name][0])])
+            for piece, end in ends[name]:
+                self.simulation.drive(piece, end, self.paths[name])
+        self._series = self.t, 0.0, 0  # where steps of one size began, their size and number
+        self._required = {name: Wrench(np.zeros(3), np.zeros(3)) for name in bodies}
+        self._observer: Observer | None = None
+        self._find_required()
+
+    def _place(self, name: str, t: float) -> Any:
+        """Motion of a driven body at a time, as `Buoy.moving_state` takes it."""
+        path = self.paths.get(name)
+        return path and path(t)  # None while a run starts: it is where the scene has it
+
+    # -- what the caller does -----------------------------------------------------------------------------------------
+
+    def drive(
+        self,
+        name: str,
+        position: Any,
+        orientation: Any = None,
+        velocity: Any = None,
+        angular_velocity: Any = None,
+    ) -> None:
+        """Move something driven over the next step; without a call it stays where it is.
+
+        position: of an end of a line, or of C of a buoy, at the end of the step [m]; or a function of time, which holds
+        until another call: t -> position of an end; of a buoy (position, orientation, velocity, angular_velocity).
+        orientation: of a buoy, a quaternion.  velocity [m/s] and, of a buoy, angular_velocity [rad/s]: at the end of
+        the step.  Shorter steps in between follow the cubic through positions and velocities of both its ends (error of
+        order 4 in the step); without velocities the parabola through the last three positions (order 3), at first a
+        straight line.
+        """
+        path = self.paths.get(name)
+        if path is None:
+            raise InputError(f"{name!r} is not driven: {', '.join(self.paths) or 'nothing'} is, as the session began.")
+        path.function = position if callable(position) else None
+        if path.function is not None:
+            return
+        place, speed = _numbers("position", position, 3), _numbers("velocity", velocity, 3)
+        if isinstance(path, Pose):
+            if orientation is None or (velocity is None) != (angular_velocity is None):
+                raise InputError(f"{name!r} needs position and orientation, and velocity and angular_velocity or none.")
+            turn, spin = _numbers("orientation", orientation, 4), _numbers("angular_velocity", angular_velocity, 3)
+            if not any(turn):
+                raise InputError("orientation: must not be the zero quaternion.")
+            self._targets[name] = place, turn, speed, spin
+        else:
+            if orientation is not None or angular_velocity is not None:
+                raise InputError(f"{name!r} is an end of a line: it has a position and a velocity only.")
+            self._targets[name] = place, speed
+
+    def load(self, name: str, force: Any = (0.0, 0.0, 0.0), moment: Any = (0.0, 0.0, 0.0)) -> None:
+        """Put a force [N] and a moment [N m] (world frame) on a part, from the next step on until another call.
+
+        name: a buoy that is not driven, with the force at C; a free joint, or "CABLE.to" that is free, without moment.
+        The load is that at the end of every step, where the equations are solved.
+        """
+        pull, turn = (_numbers(key, x, 3, LARGEST) for key, x in (("force", force), ("moment", moment)))
+        count, rows = names.loaded_rows(self.simulation.problem, name, self.paths)
+        if any(turn) and count < 6:
+            raise InputError(f"moment: {name!r} is a point of a line, which takes none.")
+        if len(rows):
+            self.simulation.system.loads[rows] = [-x for x in (*pull, *turn)][:count]
+
+    def step(self, dt: float | None = None) -> None:
+        """Go on by dt [s], by default the scene's step.  Steps of one size are counted: k dt is the time, not a sum."""
+        time: Any = self.scene.time
+        dt = time.step if dt is None else dt
+        begin, size, count = self._series
+        if dt != size or abs(begin + count * size - self.t) > 1e-9 * dt:
+            begin, count = self.t, 0
+        if not 0 < dt < np.inf:
+            raise InputError(f"dt = {dt}: must be a positive number of seconds.")
+        self.advance_to(begin + (count + 1) * dt)
+        self._series = begin, dt, count + 1
+
+    def advance_to(self, t: float) -> None:
+        """Go on to the time t [s], in equal steps of at most the scene's, or with a tolerance as that asks.
+
+        What is driven moves there over this time.  Raises SolveError if a step fails for good, at an earlier time.
+        """
+        time: Any = self.scene.time
+        begin = self.t
+        if not begin < t < np.inf:
+            raise InputError(f"t = {t}: must be after {begin:g} s, the time that was reached.")
+        for name, path in self.paths.items():
+            path.follow(t, self._targets.pop(name, None))
+        count = 1 if time.tolerance is not None else max(1, int(np.ceil((t - begin) / time.step - 1e-6)))
+        for k in range(1, count + 1):
+            for h, iterations in self.simulation.advance(t if k == count else begin + k * (t - begin) / count):
+                if self._recorder is not None:
+                    self._recorder.add(h, iterations)
+            interruption.check()
+        self._find_required()
+
+    def save(self) -> Saved:
+        """The present instant, in memory; any number of them may be kept as long as the session is open."""
+        simulation = self.simulation
+        state = _copied(simulation.state())
+        own = {name: _copied(getattr(self, name)) for name in _OWN}
+        own["loads"] = simulation.system.loads.copy() if "loads" in vars(simulation.system) else 0.0
+        own["paths"] = {name: dict(vars(path)) for name, path in self.paths.items()}
+        mark = self._recorder.mark() if self._recorder is not None else None
+        return Saved(id(self), state, simulation.newton.numbers.assembled, own, mark)
+
+    def restore(self, saved: Saved) -> None:
+        """Be at that instant again, bit for bit: what follows is what would have followed then.
+
+        The record forgets what came after it.  What is driven and loaded is as it was.
+        """
+        if saved.session != id(self):
+            raise InputError("restore: the state is that of another session.")
+        numbers, state = self.simulation.newton.numbers, saved.state
+        same = numbers.assembled == saved.assembled  # the matrix has not been made anew since, nor its factors
+        if same:
+            state = state | {"newton": state["newton"] | {"matrix": None}}
+        self.simulation.restore(state)
+        if same:
+            numbers.valid, numbers.kept = saved.state["newton"]["matrix"] is not None, False
+        for name in _OWN:
+            setattr(self, name, _copied(saved.own[name]))
+        for name, path in self.paths.items():
+            vars(path).update(saved.own["paths"][name])
+        if "loads" in vars(self.simulation.system):
+            self.simulation.system.loads[:] = saved.own["loads"]
+        if self._recorder is not None and saved.mark is not None:
+            self._recorder.rewind(saved.mark)
+
+    # -- what the caller reads ----------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> float:
+        """The time that was reached [s]."""
+        return float(self.simulation.t)
+
+    def pull(self, name: str) -> Array:
+        """Force of the lines [N] on what holds their end: "CABLE.from", "CABLE.to", or a joint that the scene holds.
+
+        World frame.  The record has the opposite, the force that holds the end.
+        """
+        total = np.zeros(3)
+        ends = names.ends_of(self.scene.network, name)
+        if not ends:
+            cables = ", ".join(f"{cable}.from, {cable}.to" for cable in self.scene.network.cables)
+            raise InputError(f"pull: {name!r} must be an end of a line or a joint: {cables or 'there is none'}.")
+        for piece, end in ends:
+            force = self.simulation.latest_end_forces["end_tension" if end else "anchor_force"]
+            total -= force[self.scene.network.pieces[piece].cable]
+        return total
+
+    def pulls(self, buoy: str) -> Wrench:
+        """Force [N] and moment about C [N m] of all lines on a buoy, world frame."""
+        problem, found = self.simulation.problem, None
+        held = problem.buoys.get(self._buoy(buoy))
+        if held is not None:
+            u, force, moment = problem.system.u, np.zeros(3), np.zeros(3)
+            R = rotation_of(MOTION.of(u[held.part.slice]).orientation)
+            for attachment in problem.attached_to(held):
+                offset: Any = attachment.offset
+                T_O = FIELDS.of(u[attachment.slice]).force
+                force, moment = force + T_O, moment + np.cross(R @ offset.value, T_O)
+            found = Wrench(force, moment)
+        return Wrench(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
+
+    def required(self, buoy: str) -> Wrench:
+        """Force [N] and moment about C [N m], world frame, with which the caller moves a driven buoy as it does.
+
+        They carry its inertia, weight and hull besides its lines; 0 at the start, before the first step.
+        """
+        if buoy not in self._required:
+            raise InputError(f"{buoy!r} must be a buoy that is driven: {', '.join(self._required) or 'none is'}.")
+        return self._required[buoy]
+
+    def state(self, buoy: str) -> BodyState:
+        """Motion of a buoy."""
+        problem, found = self.simulation.problem, None
+        held = problem.buoys.get(self._buoy(buoy))
+        if held is not None:
+            y = MOTION.of(problem.system.u[held.part.slice])
+            R, inertia = rotation_of(y.orientation), np.array(held.mass.inertia)
+            spin = R @ ((R.T @ y.angular_momentum) / inertia)
+            found = BodyState(y.position.copy(), y.orientation.copy(), y.momentum / held.mass.mass, spin)
+        return BodyState(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
+
+    def values(self) -> dict[str, Array]:
+        """Quantities of this instant by their names in a record, with its signs, on rank 0: tensions, poses, ..."""
+        return self.observer.values({})
+
+    def shape(self) -> dict[str, Array]:
+        """Points (node, 3) [m] of the lines, their velocities and tensions (cell) [N], as in a record, on rank 0."""
+        fixed = self.observer.fixed()
+        return fixed | self.observer.frame(self.simulation.line_velocity)
+
+    @property
+    def observer(self) -> Observer:
+        """Reader of all recorded quantities."""
+        if self._observer is None:
+            made = self._recorder and self._recorder.observer
+            self._observer = made or Observer(self.simulation.problem, self.simulation.latest_end_forces)
+        return self._observer
+
+    def elevation(self, points: Any) -> Array:
+        """Surface of the undisturbed water over points (..., 3) at this instant [m]."""
+        return elevation_at(self.scene, self.t, np.asarray(points, dtype=float))
+
+    def water_velocity(self, points: Any) -> Array:
+        """Velocity (..., 3) of the undisturbed water, waves and current, at points (..., 3) at this instant [m/s]."""
+        return velocity_at(self.scene, self.t, points)
+
+    def _buoy(self, name: str) -> str:
+        known = self.scene.network.buoys
+        if name not in known:
+            raise InputError(f"{name!r} must be a buoy: {', '.join(known) or 'the scene has none'}.")
+        return name
+
+    def _end_now(self, piece: int, end: int) -> Array:
+        """Present position of an end."""
+        problem = self.simulation.problem
+        dofs, owner = problem.lines.end_dofs[piece][end], problem.lines.owns_end(piece, end)
+        known = self.comm.allgather(problem.system.u[dofs] if owner else None)
+        return np.array(next(place for place in known if place is not None))
+
+    def _find_required(self) -> None:
+        """The residual of a driven buoy's rows, which Newton evaluated last."""
+        problem = self.simulation.problem
+        for name in self._required if self.t > 0 else ():
+            found = None
+            if (buoy := problem.buoys.get(name)) is not None:
+                rows = MOTION.of(problem.system.last_residual[buoy.part.slice])
+                found = Wrench(rows.momentum.copy(), rows.angular_momentum.copy())
+            self._required[name] = Wrench(*bcast(self.comm, found, problem.buoy_ranks[name]))
+
+    # -- end ----------------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Bring the record to the disk and give everything back; a second time it does nothing."""
+        recorder, self._recorder = self._recorder, None
+        with self._open:
+            if recorder is not None:
+                recorder.save()
+                if self.comm.rank == 0:
+                    folders.finish(recorder.folder, "run")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+            return
+        recorder, self._recorder = self._recorder, None
+        with self._open:
+            if recorder is not None:
+                recorder.close()
+
+
+def _numbers(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
+    """Numbers of a caller as a list; None stays None.  Raises InputError."""
+    if value is None:
+        return None
+    try:
+        found = [float(x) for x in value]
+    except (TypeError, ValueError):
+        found = []
+    if len(found) != count or not all(-most <= x <= most for x in found):
+        raise InputError(f"{key} = {value}: must be {count} numbers of {most:g} at most.")
+    return found
+
+
+def _copied(tree: Any) -> Any:
+    """A copy of nested dicts and lists of arrays and numbers."""
+    if isinstance(tree, dict):
+        return {key: _copied(item) for key, item in tree.items()}
+    if isinstance(tree, list):
+        return [_copied(item) for item in tree]
+    return tree.copy() if isinstance(tree, np.ndarray) else tree

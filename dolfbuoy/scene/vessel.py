@@ -1,0 +1,93 @@
+"""The section [[vessel]]: a rigid body whose motion is given, and the ends of lines on it."""
+
+import math
+from itertools import pairwise
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from . import quantities as q
+from .cable import FASTEST, MOST_ROWS, Top, rising
+from .quantities import Wrong
+from .section import Section, key
+from .wave_files import motions_of
+
+_number = Annotated[float, Field(ge=-1e9, le=1e9)]
+_Row = Annotated[
+    tuple[_number, _number, _number, _number, _number, _number, _number], BeforeValidator(q.finite_numbers(7))
+]
+Motions = Annotated[
+    list[_Row],
+    Field(min_length=2, max_length=MOST_ROWS),
+    AfterValidator(rising("must hold rows of growing time")),
+    BeforeValidator(motions_of),
+]
+#: Turns of a vessel from row to row [deg] beyond which points between rows are no longer where they belong.
+WIDEST = 90.0
+
+
+class Vessel(Section):
+    """A rigid body that moves as it is told; lines end at its fairleads, and no force moves it."""
+
+    name: q.Name = key("name of the vessel")
+    position: q.Vector = key("position of its reference point at rest", "m")
+    heading_deg: q.Angle = key("angle from the x axis to its own, counterclockwise", "deg", default=0.0)
+    fairleads: dict[q.Name, q.Vector] = key(
+        "points {NAME = [x, y, z], ...} where lines end, in its own frame, from the reference point", "m"
+    )
+    motion: Motions | None = key(
+        "rows [t, x, y, z, roll, pitch, yaw] about rest (splines), or a file of them; absent: it rests",
+        "s, m, deg",
+        default=None,
+    )
+    ramp: q.Duration = key("ramp-up time of the motion", "s", default=0.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if not self.fairleads:
+            raise Wrong("fairleads", {}, "must name a point or more")
+        if self.motion is None:
+            self.refuse(["ramp"], "goes with a motion")
+        for before, after in pairwise(self.motion or []):
+            if any(abs(b - a) > WIDEST for a, b in zip(before[4:], after[4:], strict=True)):
+                raise Wrong("motion", "[...]", f"must not turn by more than {WIDEST:g} degrees from row to row")
+        for name in self.fairleads:
+            path = self.held(name).motion or []
+            if any(math.dist(a[1:], b[1:]) > FASTEST * (b[0] - a[0]) for a, b in pairwise(path)):
+                raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
+        return self
+
+    def held(self, fairlead: str) -> Top:
+        """Boundary condition of an end of a line at a fairlead."""
+        point = self.fairleads[fairlead]
+        rest = _turned(point, 0.0, 0.0, self.heading_deg)
+        x, y, z = (a + b for a, b in zip(self.position, rest, strict=True))
+        position = x, y, z
+        if self.motion is None:
+            return Top(kind="fixed", position=position)
+        rows = []
+        for t, *shift, roll, pitch, yaw in self.motion:
+            arm = _turned(point, roll, pitch, self.heading_deg + yaw)
+            rows.append((t, *(s + a - r for s, a, r in zip(shift, arm, rest, strict=True))))
+        known: dict[str, Any] = {"kind": "prescribed", "position": position, "motion": rows, "ramp": self.ramp}
+        return Top.model_construct(**known)
+
+
+def _turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:
+    """A vector after roll, pitch and yaw [deg], in this order about the axes of the world."""
+    x, y, z = point
+    for angle, turn in ((roll, _about_x), (pitch, _about_y), (yaw, _about_z)):
+        x, y, z = turn(x, y, z, math.cos(math.radians(angle)), math.sin(math.radians(angle)))
+    return [x, y, z]
+
+
+def _about_x(x: float, y: float, z: float, c: float, s: float) -> tuple[float, float, float]:
+    return x, c * y - s * z, s * y + c * z
+
+
+def _about_y(x: float, y: float, z: float, c: float, s: float) -> tuple[float, float, float]:
+    return c * x + s * z, y, c * z - s * x
+
+
+def _about_z(x: float, y: float, z: float, c: float, s: float) -> tuple[float, float, float]:
+    return c * x - s * y, s * x + c * y, z

@@ -1,0 +1,170 @@
+"""Lines on a vessel whose motion is given: their ends are where a rigid body has them, in statics and at every step.
+
+Source: rotations about the axes of the world by scipy; rows of the ends' own motions as keys of joints, bit for bit.
+"""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from every_key import shows
+from scipy.spatial.transform import Rotation
+
+from dolfbuoy import InputError, Session, load_scene, simulate, solve_static
+
+ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
+POINTS = {"bow": [5.0, 1.0, -1.0], "stern": [-5.0, 0.0, -0.5]}
+REST, HEADING = [2.0, 3.0, 0.0], 30.0
+
+
+def motion(t):
+    """(shift, [roll, pitch, yaw] in degrees), at rest at t = 0."""
+    grown = 1 - np.cos(t)
+    return grown * np.array([1.0, -0.5, 0.8]), grown * np.array([4.0, -7.0, 10.0])
+
+
+TIMES = np.linspace(0.0, 2.0, 41)
+ROWS = [[float(x) for x in (t, *motion(t)[0], *motion(t)[1])] for t in TIMES]
+SCENE = {
+    "sea": {"depth": 30.0, "dry_above": False},
+    "vessel": [{"name": "ship", "position": REST, "heading_deg": HEADING, "fairleads": POINTS, "motion": ROWS}],
+    "cable": [
+        {**ROPE, "name": "one", "from": [20.0, 6.0, -30.0], "to": "ship.bow"},
+        {**ROPE, "name": "two", "from": [-18.0, 4.0, -30.0], "to": "ship.stern"},
+        {**ROPE, "name": "between", "from": "ship.stern", "to": "ship.bow", "length": 12.0},
+    ],
+    "time": {"end": 2.0, "step": 0.05, "output_every": 0.05},
+}
+BOW, STERN = (np.array(point) for point in POINTS.values())
+
+
+def place(point, t):
+    """A point of the vessel, by scipy's rotations."""
+    shift, (roll, pitch, yaw) = motion(t)
+    turn = Rotation.from_euler("xyz", [roll, pitch, yaw + HEADING], degrees=True)
+    return np.array(REST) + shift + turn.apply(point)
+
+
+def changed(**keys):
+    return SCENE | {"vessel": [{**SCENE["vessel"][0], **keys}]}
+
+
+def ends_of(record):
+    """Places of the upper ends of the cables over the frames."""
+    cable = record.cable_of_node.values
+    return {name: record.cable_position.values[:, cable == k] for k, name in enumerate(record.cable.values)}
+
+
+@shows("vessel.name", "vessel.position", "vessel.heading_deg", "vessel.fairleads", "vessel.motion")
+def test_ends_are_where_a_rigid_body_has_them():
+    lines = ends_of(record := simulate(SCENE))
+    expected = {
+        name: np.array([place(p, t) for t in record.frame.values]) for name, p in (("bow", BOW), ("stern", STERN))
+    }
+    np.testing.assert_allclose(lines["one"][:, -1], expected["bow"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(lines["two"][:, -1], expected["stern"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(lines["between"][:, 0], expected["stern"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(lines["between"][:, -1], expected["bow"], rtol=0, atol=1e-12)
+
+
+def test_between_rows_they_are_there_to_the_fourth_order():
+    network = load_scene(SCENE).network
+    from dolfbuoy.model.prescribed_ends import motion_of
+
+    errors = []
+    for every in (2, 1):
+        scene = load_scene(changed(motion=ROWS[::every]))
+        path = motion_of(scene.network.pieces[0].ends[1].top)
+        errors.append(max(np.abs(path(t) - place(BOW, t)).max() for t in np.linspace(0.3, 1.7, 57)))
+    assert network.pieces[0].ends[1].kind == "prescribed"
+    assert errors[1] < 1e-5
+    assert np.log2(errors[0] / errors[1]) > 3.5
+
+
+def test_a_run_is_that_of_joints_that_move_so():
+    def joint(name, point):
+        rest = np.array(REST) + Rotation.from_euler("z", HEADING, degrees=True).apply(point)
+        rows = load_scene(SCENE).vessel[0].held(name).motion
+        return {"name": name, "position": rest.tolist(), "motion": [list(row) for row in rows]}
+
+    joints = [joint("bow", BOW), joint("stern", STERN)]
+    cables = [
+        {**cable, **{end: str(cable[end]).removeprefix("ship.") for end in ("from", "to") if "ship" in cable[end]}}
+        for cable in SCENE["cable"]
+    ]
+    other = {name: value for name, value in SCENE.items() if name != "vessel"} | {"joint": joints, "cable": cables}
+    one, two = simulate(SCENE), simulate(other)
+    for name in ("tension_top", "anchor_force", "cable_position"):
+        np.testing.assert_allclose(one[name].values, two[name].values, rtol=1e-9, atol=1e-9)
+
+
+@shows("vessel.ramp")
+def test_a_ramp_lets_it_begin_gently():
+    rows = [[t, *(0.5 * np.sin(t) * np.ones(3)), 0.0, 0.0, 0.0] for t in TIMES]
+    path = simulate(changed(motion=rows, ramp=1.0))
+    bow = ends_of(path)["one"][:, -1]
+    grown = 0.5 * (1 - np.cos(np.pi * np.minimum(path.frame.values, 1.0)))
+    np.testing.assert_allclose(bow - bow[0], np.outer(grown * 0.5 * np.sin(path.frame.values), np.ones(3)), atol=1e-9)
+
+
+def test_without_a_motion_it_rests():
+    record = solve_static(changed(motion=None))
+    still = solve_static(SCENE)
+    np.testing.assert_allclose(record.tension_top.values, still.tension_top.values, rtol=1e-9)
+    with Session(changed(motion=None), driven=["one.to", "two.to"]) as s:
+        s.drive("one.to", place(BOW, 0.0) + [0, 0, 0.01])
+        s.step()
+
+
+def written(tmp_path, kind):
+    if kind == "csv":
+        text = "\n".join(["t, x, y, z, roll, pitch, yaw", *(", ".join(map(repr, row)) for row in ROWS)])
+        (tmp_path / "ship.csv").write_text(text)
+        return "ship.csv"
+    columns = np.array(ROWS).T
+    names = ("time", "surge", "sway", "heave", "roll", "pitch", "yaw")
+    data = {
+        n: ("time", np.radians(x) if n in names[4:] else x) for n, x in zip(names, columns, strict=True) if n != "time"
+    }
+    file = xr.Dataset(data, coords={"time": columns[0]})
+    for name in names[4:]:
+        file[name].attrs["units"] = "rad"
+    file.to_netcdf(tmp_path / "ship.nc")
+    return "ship.nc"
+
+
+@pytest.mark.parametrize("kind", ["csv", "netcdf"])
+def test_a_file_is_read_with_the_scene(tmp_path, kind):
+    name = written(tmp_path, kind)
+    load_scene(changed(motion=ROWS[:2])).save(tmp_path / "scene.toml")
+    text = (tmp_path / "scene.toml").read_text()
+    text = re.sub(r"motion = \[.*?\n\]", f'motion = "{name}"', text, flags=re.DOTALL)
+    (tmp_path / "scene.toml").write_text(text)
+    found = load_scene(tmp_path / "scene.toml").vessel[0].motion
+    np.testing.assert_allclose(found, ROWS, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"fairleads": {}}, "must name a point or more"),
+        ({"motion": None, "ramp": 1.0}, "goes with a motion"),
+        ({"motion": [[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0, 100]]}, "must not turn by more than 90 degrees"),
+        ({"motion": [[0, 0, 0, 0, 0, 0, 0], [0.1, 200, 0, 0, 0, 0, 0]]}, "must not be faster than 1000 m/s"),
+        ({"motion": [[1, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0, 0]]}, "must hold rows of growing time"),
+        ({"fairleads": {"bow": [5.0, 1.0, -1.0]}}, "must be one of the fairleads of ship: bow"),
+    ],
+)
+def test_what_no_vessel_can_be_is_refused(keys, sentence):
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        load_scene(changed(**keys))
+
+
+def test_a_vessel_holds_something_and_has_a_name_of_its_own():
+    lone = [{**SCENE["vessel"][0], "name": "other"}]
+    with pytest.raises(InputError, match=r"vessel.name = 'other': holds no cable"):
+        load_scene(SCENE | {"vessel": [*SCENE["vessel"], *lone]})
+    joint = {"name": "ship", "position": [0.0, 0.0, 0.0]}
+    with pytest.raises(InputError, match=r"vessel.name = 'ship': is the name of a buoy or a joint"):
+        load_scene(SCENE | {"joint": [joint]})
