@@ -85,8 +85,6 @@ class _Reader:
     def note(self, line: int | None, text: str) -> None:
         self.notes.append(Note(text, line))
 
-    # -- what the columns are ------------------------------------------------------------------------------------------
-
     def _headers(self) -> None:
         """Columns of version 1, which version 2 of MoorDyn would read by their places, and wrongly."""
         line, columns = self.tables.columns.get("line types", (0, []))
@@ -129,8 +127,6 @@ class _Reader:
         for point, joint in self.joints.items():
             if joint["name"] not in self.used:
                 self.note(self.places[point][0].line, f"point {point} holds no line and was left out")
-
-    # -- lines --------------------------------------------------------------------------------------------------------
 
     def _material(self, row: Row) -> dict[str, float]:
         found = {"line_density": row.number("mass_density"), "diameter": row.number("diameter")}
@@ -215,8 +211,6 @@ class _Reader:
         name = self.ends[place]
         self.used |= {name} if isinstance(name, str) else set()
         return name
-
-    # -- points -------------------------------------------------------------------------------------------------------
 
     def _point(self, row: Row) -> None:
         kind, name = row["attachment"].lower(), row["id"]

@@ -124,8 +124,6 @@ class _Writer:
         whole = f"{title}\nwritten by dolfbuoy\n{text}--- need this line ---\n"
         return Export({"lines.txt": whole} | files, self.notes, step, self.driven)
 
-    # -- lines --------------------------------------------------------------------------------------------------------
-
     def _type(self, piece: Piece) -> Any:
         c = piece.section
         key = tuple(str(getattr(c, name)) for name in _OF_A_TYPE)
@@ -159,8 +157,6 @@ class _Writer:
         c = piece.section
         return c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
 
-    # -- ends ---------------------------------------------------------------------------------------------------------
-
     def _point(self, section: Cable, end: End) -> Any:
         key = end.name if end.kind != "buoy" else (end.name, end.fairlead, section.length)
         if end.name is not None and key in self.joints:
@@ -188,8 +184,6 @@ class _Writer:
             return ("Free", 0.0, 0.0, 0.0, *none)
         body, at = self.network.bodies.get(name), self.start.joints.get(name, np.zeros(3)).tolist()
         return ("Free", *at, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
-
-    # -- bodies -------------------------------------------------------------------------------------------------------
 
     def _bodies(self) -> tuple[list[Any], list[Any], list[Any]]:
         bodies, types, rods = list[Any](), list[Any](), list[Any]()
@@ -241,8 +235,6 @@ class _Writer:
                 "hull: drag and added mass of MoorDyn's rod ends are scaled so that the sum over all ends is the hull's"
             )
         return faces / sum(2 * d**power for _, _, d in cylinders)
-
-    # -- what has no place --------------------------------------------------------------------------------------------
 
     def _left_out(self) -> None:
         scene = self.scene

@@ -93,9 +93,6 @@ def fragment(name: str, **parts: str) -> Markup:
     return Markup(re.sub(r"\{\{(\w+)\}\}", lambda found: html.escape(parts[found[1]]), _read(f"{name}.html")))
 
 
-# -- parts of a page -------------------------------------------------------------------------------------------------
-
-
 def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:
     """A part of the page with its heading."""
     heading = tag("h2", title, id=f"{name}-title")

@@ -74,9 +74,6 @@ def _force(force: Force) -> dict[str, Any]:
     return {"kind": force.kind, "buoy": force.buoy, "place": force.arm.tolist()}
 
 
-# -- lines -------------------------------------------------------------------------------------------------------------
-
-
 def _lines(frames: Frames) -> dict[str, Any]:
     """For every cable its name, its first node and element and the ones after its last, and nodes per element; marks;
     ends on buoys; times at which elements parted, by their numbers."""
@@ -117,9 +114,6 @@ def labels(frames: Frames) -> list[dict[str, Any]]:
     if len(frames.buoys) > 1:
         found += [{"text": name, "buoy": k} for k, name in enumerate(frames.buoys)]
     return found
-
-
-# -- the frame of the picture ------------------------------------------------------------------------------------------
 
 
 def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]:

@@ -132,9 +132,6 @@ def _anchor(scene: Scene) -> Sequence[float] | None:
     return end.top.position[:2] if end and end.top and end.top.position and end.kind == "fixed" else None
 
 
-# -- fatigue ---------------------------------------------------------------------------------------------------------
-
-
 def pair_of(sample: dict[str, Any], kept: str, label: str) -> tuple[NDArray[Any], NDArray[Any]]:
     """(values, counts) of its "peaks" or "cycles"."""
     values, counts = sample[kept].get(label, ([], []))

@@ -177,9 +177,6 @@ def series_of(record: xr.Dataset) -> Iterator[Series]:
             yield Series(label, record.time.values, x, 1e-9 * np.abs(columns).max())
 
 
-# -- the largest oscillation -----------------------------------------------------------------------------------------
-
-
 def _fitted(
     known: NDArray[Any], t: NDArray[Any], window: NDArray[Any], phase: NDArray[Any]
 ) -> tuple[NDArray[Any], float]:
@@ -203,9 +200,6 @@ def _peak(t: NDArray[Any], x: NDArray[Any]) -> float:
     amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
     amplitude[:8] = 0.0  # less than one period
     return float(np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0])))
-
-
-# -- labels and variables --------------------------------------------------------------------------------------------
 
 
 class Place(NamedTuple):

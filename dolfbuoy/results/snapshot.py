@@ -70,9 +70,6 @@ def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> Non
     figure.legend(handles=entries, loc="lower center", ncol=columns, borderaxespad=0.2)
 
 
-# -- what is seen ----------------------------------------------------------------------------------------------------
-
-
 def _whole(now: Frame) -> NDArray[Any] | None:
     """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
     if now.alone and not len(now.x):
@@ -101,9 +98,6 @@ def _detail(now: Frame) -> NDArray[Any] | None:
     middle = (buoy.at(max(buoy.heights)) + buoy.at(min(buoy.heights))) / 2
     half = buoy.size * np.array([1.05, 1.05, 0.95])
     return np.array([middle - half, middle + half])
-
-
-# -- parts of the picture ----------------------------------------------------------------------------------------------
 
 
 def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
@@ -342,9 +336,6 @@ def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
     between = a + (b - a) * ((z - a[:, 2]) / (b[:, 2] - a[:, 2]))[:, None]
     between[:, 2] = z
     return np.insert(x, passed + 1, between, axis=0)
-
-
-# -- words -------------------------------------------------------------------------------------------------------------
 
 
 def _tension(now: Frame) -> str:

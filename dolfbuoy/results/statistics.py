@@ -50,9 +50,6 @@ class Run:
     seconds: float = np.nan
 
 
-# -- of the cases of a sweep -----------------------------------------------------------------------------------------
-
-
 def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     """One dataset over the dimension `case`: varied keys, status, and <quantity>_<statistic>."""
     keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
@@ -70,9 +67,6 @@ def _column(values: list[Any]) -> NDArray[Any]:
     if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
         return np.array(values)
     return np.array([v if isinstance(v, str) else json.dumps(v) for v in values], dtype=object)
-
-
-# -- of runs ---------------------------------------------------------------------------------------------------------
 
 
 def statistics(
@@ -326,9 +320,6 @@ def _notes(reasons: dict[str, list[tuple[int, str]]], sets: int) -> Iterator[str
         where, labels = {k for k, _ in missing}, sorted({label for _, label in missing})
         which = "" if sets == 1 else f" in {len(where)} of {sets} sets"
         yield f"No most probable maximum of {HOURS:g} h{which} ({len(labels)} series, {labels[0]} first): {reason}."
-
-
-# -- of a life -------------------------------------------------------------------------------------------------------
 
 
 def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:

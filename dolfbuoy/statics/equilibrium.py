@@ -104,9 +104,6 @@ def _check_determined(problem: Problem) -> None:
             )
 
 
-# -- buoys -------------------------------------------------------------------------------------------------------------
-
-
 def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
     """Buoys without cable float upright in still water; steady loads across would carry them away for ever."""
     calm, sea = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea if scene.gravity else None

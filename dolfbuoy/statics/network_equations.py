@@ -105,8 +105,6 @@ class Equations:
         force, slope = joint.load(np.asarray(position, float))
         return force + joint.push, slope
 
-    # -- unknowns ------------------------------------------------------------------------------------------------------
-
     @cached_property
     def slices(self) -> list[slice]:
         """Places of x, n, d and R in the vector of unknowns, and of their equations among the rows."""
@@ -140,8 +138,6 @@ class Equations:
         y[n][2::3] = -self.w * self.L / 2
         y[R] = 0.0 if self.network.floor is None else 0.1
         return y
-
-    # -- equations -----------------------------------------------------------------------------------------------------
 
     def lying(self, d: Array, eps: float) -> Array:
         """Length l of every piece that lies, between 0 and L, from d."""
@@ -227,8 +223,6 @@ class Equations:
 
             return csc_matrix((entries, (rows, columns)), shape=(size, size))
         return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
-
-    # -- solution ------------------------------------------------------------------------------------------------------
 
     def solve(self) -> tuple[Array, Array, Array, Array]:
         """(positions, n at the start as given, lying lengths, ends), in SI units.  Raises SolveError."""

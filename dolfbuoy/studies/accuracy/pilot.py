@@ -209,8 +209,6 @@ class Pilot:
                 self._keep("Newton", [((self.mesh, stepping), error)])
                 return
 
-    # -- cost
-
     def second_per_work(self, space: Space) -> float:
         """CPU seconds of a unit of work, linear in the cells of a pair."""
         found = [(s.cells, r) for (s, _), r in self.runs.items() if r and (s.mu, s.nu) == (space.mu, space.nu)]
@@ -239,8 +237,6 @@ class Pilot:
         load = sum(run.wall for run in done) / sum(run.cpu for run in done)
         whole, part = (scene.time.end if scene.time else 1.0 for scene in (self.whole, self.scene))
         return float(work * whole / part * self.second_per_work(space) * max(load, 1.0))
-
-    # -- candidates
 
     def predicted(self, space: Space, stepping: Stepping) -> float:
         """Error of these settings; inf where the pilot has no curve."""

@@ -123,9 +123,6 @@ def parse_schemes(text: str | None) -> list[str] | None:
     return schemes
 
 
-# -- cases -------------------------------------------------------------------------------------------------------------
-
-
 def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path) -> list[Row]:
     """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
     space = coarse = Space()
@@ -180,9 +177,6 @@ def evaluate(case: Row) -> Row:
         found = reference.error(run, name)
         result |= {f"error_{name}": found.rms, f"max_error_{name}": found.maximum}
     return result
-
-
-# -- judgement ---------------------------------------------------------------------------------------------------------
 
 
 def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict[str, Error]]:
@@ -299,8 +293,6 @@ def shown(row: Row, name: str, which: str = "") -> str:
     return percent(bound) if error == bound else f"< {percent(bound)}"
 
 
-# -- figure ------------------------------------------------------------------------------------------------------------
-
 _MARKERS = dict(zip(SCHEMES, itertools.cycle("so^vDP")))
 
 
@@ -346,9 +338,6 @@ def _panel(axes: Any, rows: list[Row], name: str, reference_error: float, colors
     axes.axhspan(bottom, max(bottom, 100 * compare.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
     axes.set_ylim(bottom=bottom)
     plain_ticks(axes)
-
-
-# -- the study ---------------------------------------------------------------------------------------------------------
 
 
 COLUMNS = {"quantity": "quantity", "settings": "settings", "wall": "time [s]"}

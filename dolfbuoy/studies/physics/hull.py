@@ -91,9 +91,6 @@ def held_as(scene: Scene, held: str) -> Scene:
     return scene if held == "moored" else adrift_nowhere(scene).model_copy(update=free)
 
 
-# -- cases -------------------------------------------------------------------------------------------------------------
-
-
 def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capytaine: Path | None = None) -> list[Row]:
     """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
 
@@ -190,8 +187,6 @@ def _stability(levers: list[Row]) -> Row:
     top = int(np.argmax(lever[:lost]))
     return {"vanishing": vanishing, "largest": float(lever[top]), "heel_of_largest": float(heel[top])}
 
-
-# -- tables ------------------------------------------------------------------------------------------------------------
 
 PARTS = ("hydrostatics", "response", "run", "flow")
 NATURAL_TITLE = "\nNatural periods about the equilibrium, of the modes with most of their energy in a motion"
@@ -293,8 +288,6 @@ def _unheld(scene: Scene) -> list[str]:
         return ["Without its cable this buoy is not looked at: it sinks."]
     return [f"Without its cable this buoy is not looked at in waves: it does not float upright (GM {free.GM:.3g} m)."]
 
-
-# -- figures -----------------------------------------------------------------------------------------------------------
 
 COLOR = {"moored": COLORS["blue"], "free": COLORS["red"]}
 PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "pitch / slope of the wave"}
