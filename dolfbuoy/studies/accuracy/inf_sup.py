@@ -235,10 +235,8 @@ def study(folder: Path) -> list[Table]:
     rows = evaluate_all(evaluate, cases(), folder, itemgetter("mu", "nu"))
     if rows is None:
         return []
-    messages, title = (
-        notes(rows),
-        f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L",
-    )
+    messages = notes(rows)
+    title = f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L"
     return [
         Table("inf-sup", rows, notes=messages, figure=figure(rows)),
         Table("inf-sup-summary", summary(rows), title, COLUMNS, messages),
