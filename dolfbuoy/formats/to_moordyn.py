@@ -107,7 +107,12 @@ class _Writer:
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)
             ends = [self._point(piece.section, end) for end in piece.ends]
             self.lines.append((number, name, *ends, piece.section.length, segments, "-"))
-        step = self.numerics.step or STEP * min(map(self._axial, self.network.pieces))
+        # 1/omega of the shortest axial vibration of a segment [s]
+        axial = (
+            c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
+            for c in (piece.section for piece in self.network.pieces)
+        )
+        step = self.numerics.step or STEP * min(axial)
         text = _table("LINE TYPES", "TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx", *self.types.values())
         if bodies:
             text += _table("ROD TYPES", "TypeName Diam Mass/m Cd Ca CdEnd CaEnd", *rod_types)
@@ -117,7 +122,7 @@ class _Writer:
         text += _table("POINTS", "ID Attachment X Y Z Mass Volume CdA Ca", *self.points)
         text += _table("LINES", "ID LineType AttachA AttachB UnstrLen NumSegs LineOutputs", *self.lines)
         options, files = moordyn_water.options(self.scene, self.network, self.note)
-        options = {"dtM": step, "tScheme": self.numerics.scheme, "writeLog": 0} | options
+        options = dict[str, Any](dtM=step, tScheme=self.numerics.scheme, writeLog=0) | options
         text += "--- OPTIONS ---\n" + "".join(f"{_word(value)} {key}\n" for key, value in options.items())
         self._left_out()
         title = self.scene.title or "a scene"
@@ -151,11 +156,6 @@ class _Writer:
             self.note(f"axial_stiffness: MoorDyn has no inextensible line: EA = {STIFF:g} times the line's weight")
             return EA
         return float(own)
-
-    def _axial(self, piece: Piece) -> Any:
-        """1/omega of the shortest axial vibration of a segment [s]."""
-        c = piece.section
-        return c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
 
     def _point(self, section: Cable, end: End) -> Any:
         key = end.name if end.kind != "buoy" else (end.name, end.fairlead, section.length)
