@@ -278,16 +278,9 @@ def each_series(
         dimension = next((d for d in variable.dims if d in OF), None)
         for part in dataset[dimension].values.tolist() if dimension else [None]:
             label = f"{name}{OF_PART}{part}" if dimension and dataset.sizes[dimension] > 1 else name
-            found.append((label, name, _of_part(dataset, name, dimension, part)))
-    return found
-
-
-def _of_part(dataset: xr.Dataset, name: str, dimension: str | None, part: str | None) -> xr.Dataset:
-    """The variables of a series of one part, and of all lists of its peaks and ranges."""
-    if dimension is None:
-        return dataset
-    found = dataset.sel({dimension: part})
-    for kept in (f"{name}_peak", f"{name}_range"):
-        if f"{kept}_{dimension}" in found:
-            found = found.isel({f"{kept}_number": found[f"{kept}_{dimension}"].values == part})
+            one = dataset.sel({dimension: part}) if dimension else dataset
+            for kept in (f"{name}_peak", f"{name}_range"):
+                if f"{kept}_{dimension}" in one:
+                    one = one.isel({f"{kept}_number": one[f"{kept}_{dimension}"].values == part})
+            found.append((label, name, one))
     return found

@@ -123,12 +123,12 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
     return problem
 
 
-def let_turn(problem: Problem, rounds: int = 20) -> None:
+def let_turn(problem: Problem) -> None:
     """Find the yaw under lines off the axis: the spring that holds a buoy against turning about its axis goes away by
     and by; where that fails it turns in a damped motion."""
     if not any(end.fairlead for piece in problem.network.pieces for end in piece.ends):
         return
-    for _ in range(rounds):
+    for _ in range(20):
         before = problem.system.u.copy()
         for buoy in problem.buoys.values():
             buoy.reference.x.array[:] = before[buoy.part.slice]

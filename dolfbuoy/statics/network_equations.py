@@ -130,15 +130,6 @@ class Equations:
         ]
         return np.array(guesses, float) / self.length_unit
 
-    def first_guess(self) -> Array:
-        """Each piece carried by its two ends."""
-        y = np.zeros(self.slices[-1].stop)
-        x, n, _, R = self.slices
-        y[x] = self.held[self.free].ravel()
-        y[n][2::3] = -self.w * self.L / 2
-        y[R] = 0.0 if self.network.floor is None else 0.1
-        return y
-
     def lying(self, d: Array, eps: float) -> Array:
         """Length l of every piece that lies, between 0 and L, from d."""
         if self.network.floor is None:
@@ -226,7 +217,11 @@ class Equations:
 
     def solve(self) -> tuple[Array, Array, Array, Array]:
         """(positions, n at the start as given, lying lengths, ends), in SI units.  Raises SolveError."""
-        y, eps = self._follow(self.first_guess())
+        guess, (places, pulls, _, reactions) = np.zeros(self.slices[-1].stop), self.slices
+        guess[places] = self.held[self.free].ravel()
+        guess[pulls][2::3] = -self.w * self.L / 2  # each piece carried by its two ends
+        guess[reactions] = 0.0 if self.network.floor is None else 0.1
+        y, eps = self._follow(guess)
         positions, n, d, _ = self.split(y)
         lying, ends = self.lying(d, eps), positions[self.joint] + self.offset
         n[self.turned, 2] += (self.w * (self.L - lying))[self.turned]
