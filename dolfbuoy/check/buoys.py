@@ -112,9 +112,6 @@ def _above(scene: Scene, c: Cable, bottom: float, hanging: float, buoy: Upright)
     return replace(buoy, pull=pull, how="on its taut cable")
 
 
-# -- rows --------------------------------------------------------------------------------------------------------------
-
-
 def of_buoys(depth: float, buoys: Iterable[Upright], report: "Report") -> None:
     """Add masses, drafts and metacentric heights to the Report of `check`."""
     for buoy in buoys:

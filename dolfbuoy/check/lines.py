@@ -116,9 +116,6 @@ def _undamped(scene: Scene, material: Cable, report: "Report") -> None:
     report.warn(scene.time and not material.damping and elastic, f"The cable has {PULSES}")
 
 
-# -- at rest -----------------------------------------------------------------------------------------------------------
-
-
 def lines_at_rest(problem: Problem, report: "Report") -> None:
     """Add tensions, strength, lying and hanging parts, and transverse periods to the Report of `check`; collective."""
     network, scene, several = problem.network, problem.scene, len(problem.network.cables) > 1

@@ -46,7 +46,6 @@ class Report:
         return replace(self, prefix=f"{name}: " if name else "")
 
     def add(self, name: str, value: float, unit: str = "", remark: str = "") -> None:
-        """Add a number."""
         self.numbers.append((self.prefix + name, float(value), unit, remark))
 
     def warn(self, when: object, sentence: str) -> None:

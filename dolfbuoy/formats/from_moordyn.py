@@ -20,7 +20,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene.quantities import number_of
-from .moordyn_body import BodyOf, buoy_of, is_free, placed
+from .moordyn_body import BodyOf, buoy_of, placed
 from .moordyn_text import Row, Tables, canonical, is_number, parse
 from .moordyn_world import world
 from .names import Names, Note
@@ -61,8 +61,7 @@ class _Reader:
         self.names = Names("type", lambda text: self.note(None, f"line types: {text}"))
 
     def scene(self) -> tuple[Any, list[Note]]:
-        self._headers()
-        self._check_names()
+        self._check_columns()
         materials = {row["name"]: self._material(row) for row in self.tables.of("line types")}
         self._rods()
         for row in self.tables.of("points"):
@@ -85,20 +84,16 @@ class _Reader:
     def note(self, line: int | None, text: str) -> None:
         self.notes.append(Note(text, line))
 
-    # -- what the columns are ------------------------------------------------------------------------------------------
-
-    def _headers(self) -> None:
-        """Columns of version 1, which version 2 of MoorDyn would read by their places, and wrongly."""
+    def _check_columns(self) -> None:
+        """Refuse a name that is given twice; note columns of version 1, which version 2 of MoorDyn would read by their
+        places, and wrongly, and columns that are missing, which count as 0."""
         line, columns = self.tables.columns.get("line types", (0, []))
-        if [column for column in columns if column in FIRST_VERSION]:
+        if set(columns) & set(FIRST_VERSION):
             self.note(
                 line,
                 "the columns Can Cat Cdn Cdt are those of MoorDyn 1 and were read by name; MoorDyn 2 reads columns "
                 "by their places, and would take them for EI or Cd, Ca, CdAx, CaAx",
             )
-
-    def _check_names(self) -> None:
-        """Refuse a name that is given twice; note columns that are missing, which count as 0."""
         for section, column in (("line types", "name"), ("rod types", "name"), *((s, "id") for s in NUMBERED)):
             seen = set()
             for row in self.tables.of(section):
@@ -129,8 +124,6 @@ class _Reader:
         for point, joint in self.joints.items():
             if joint["name"] not in self.used:
                 self.note(self.places[point][0].line, f"point {point} holds no line and was left out")
-
-    # -- lines --------------------------------------------------------------------------------------------------------
 
     def _material(self, row: Row) -> dict[str, float]:
         found = {"line_density": row.number("mass_density"), "diameter": row.number("diameter")}
@@ -220,8 +213,6 @@ class _Reader:
         self.used |= {name} if isinstance(name, str) else set()
         return name
 
-    # -- points -------------------------------------------------------------------------------------------------------
-
     def _point(self, row: Row) -> None:
         kind, name = row["attachment"].lower(), row["id"]
         place = np.array([row.number(axis) for axis in "xyz"])
@@ -235,7 +226,14 @@ class _Reader:
             why = f"point {name} is moved by the program that calls MoorDyn: it is held where it stands here"
             self._hold(row, place, why)
         elif kind.startswith(("free", "con", "point")):
-            self._free(row, place)
+            joint: dict[str, Any] = {"name": f"point{name}"}
+            for key, column in (("mass", "mass"), ("volume", "volume"), ("drag_area", "CdA"), ("added_mass", "Ca")):
+                if value := row.number(column, 0.0):
+                    joint[key] = value
+            if any(not _is_nothing(row.values.get(column, "0")) for column in ("fx", "fy", "fz")):
+                self.note(row.line, f"the constant force on point {name} is not carried over")
+            self.joints[name] = joint
+            self._put(row, "free", place, joint["name"])
         else:
             raise InputError(f"line {row.line}: the attachment {row['attachment']!r} of a point is not known.")
 
@@ -249,16 +247,6 @@ class _Reader:
         self.joints[row["id"]] = {"name": name, "position": place.tolist()}
         self._put(row, "moved", place, name)
         self.note(row.line, why)
-
-    def _free(self, row: Row, place: NDArray[Any]) -> None:
-        joint: dict[str, Any] = {"name": f"point{row['id']}"}
-        for key, column in (("mass", "mass"), ("volume", "volume"), ("drag_area", "CdA"), ("added_mass", "Ca")):
-            if value := row.number(column, 0.0):
-                joint[key] = value
-        if any(not _is_nothing(row.values.get(column, "0")) for column in ("fx", "fy", "fz")):
-            self.note(row.line, f"the constant force on point {row['id']} is not carried over")
-        self.joints[row["id"]] = joint
-        self._put(row, "free", place, joint["name"])
 
     def _on_body(self, row: Row, name: str, kind: str, place: NDArray[Any]) -> None:
         number = "".join(c for c in kind if c.isdigit())
@@ -280,7 +268,8 @@ class _Reader:
         for body in self.tables.of("bodies"):
             number = body["id"]
             own = [rod for rod in rods if rod.values.get("attachment", "").lower() == f"body{number}"]
-            if is_free(body) and (found := buoy_of(body, own, types, self.note)):
+            is_free = body.values.get("attachment", "free").lower().startswith("free")
+            if is_free and (found := buoy_of(body, own, types, self.note)):
                 self.buoys[number] = found
                 rods = [rod for rod in rods if rod not in own]
         for rod in rods:

@@ -132,8 +132,6 @@ class _Reader:
                 raise InputError(f"{name}: {row!r} is no table of keys.")
             yield row
 
-    # -- the world ----------------------------------------------------------------------------------------------------
-
     def _world(self, places: dict[str, tuple[Any, list[float], str]]) -> dict[str, Any]:
         gravity = self._given("g")
         density = self._given("rho", "water_density", "rho_water")
@@ -168,8 +166,6 @@ class _Reader:
             if z < -depth * (1 + 1e-9):
                 raise InputError(f"points, {name}: z = {z:g} is below the bed, which water_depth puts at -{depth:g} m.")
         return depth
-
-    # -- parts --------------------------------------------------------------------------------------------------------
 
     def _material(self, row: dict[str, float | str]) -> dict[str, float]:
         name = _text(row, "name", "line_types")

@@ -36,25 +36,14 @@ class BodyOf:
         return f"{self.section['name']}.point{point}"
 
 
-def is_free(body: Row) -> bool:
-    """True if nothing but its lines and the water hold the body."""
-    return body.values.get("attachment", "free").lower().startswith("free")
-
-
 def placed(body: Row, place: NDArray[Any]) -> NDArray[Any]:
     """A point of a body in space [m]: at rest, turned by roll, pitch and yaw (about z, y, x in turn) as it starts."""
-    return np.asarray(np.array([body.number(axis, 0.0) for axis in "xyz"]) + _rotation(body) @ place)
-
-
-def _rotation(body: Row) -> Any:
-    (cx, sx), (cy, sy), (cz, sz) = (
-        (np.cos(angle), np.sin(angle))
-        for angle in np.radians([body.number(name, 0.0) for name in ("roll", "pitch", "yaw")])
-    )
+    angles = np.radians([body.number(name, 0.0) for name in ("roll", "pitch", "yaw")])
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
     about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return about_x @ about_y @ about_z
+    return np.asarray([body.number(axis, 0.0) for axis in "xyz"] + about_x @ about_y @ about_z @ place)
 
 
 def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> BodyOf | None:

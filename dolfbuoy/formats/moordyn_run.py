@@ -72,7 +72,7 @@ def run(export: Export, end: float, most: int = 50_000, per_call: int | None = N
                 force = moordyn.Step(system, places[i].tolist(), speeds[i].tolist(), float(t[i]), step)
                 if (i + 1) % every == 0:
                     tension.append([_ends(moordyn, line) for line in lines])
-                    body.append([_place(moordyn, own) for own in bodies])
+                    body.append([moordyn.GetBodyState(own)[0][:3] for own in bodies])
                     held.append(force)
             seconds = clock.process_time() - begin
         except RuntimeError:
@@ -93,10 +93,6 @@ def _ends(moordyn: Any, line: Any) -> tuple[float, float]:
     low = 2 * sizes[1] - sizes[min(2, last)] if last > 2 else sizes[1]
     high = 2 * sizes[last - 1] - sizes[max(last - 2, 0)] if last > 2 else sizes[1]
     return low, high
-
-
-def _place(moordyn: Any, body: Any) -> Any:
-    return np.array(moordyn.GetBodyState(body)[0][:3])
 
 
 @contextmanager

@@ -70,9 +70,12 @@ def _number(tables: Tables, *names: str, default: Any = None) -> tuple[int | Non
 def _depth(tables: Tables, places: list[tuple[int, float, str]], note: Callable[..., Any]) -> float:
     line, text = tables.option(*DEPTH) or (None, None)
     if text is None or not is_number(text):
-        depth = _deepest(places, f"line {line}: WtrDpth is the file {text}" if text else "there is no WtrDpth")
-        note(line, f"no single depth is given: the deepest point, which is fixed, sets it, {depth:g} m")
-        return depth
+        low = min((z for _, z, _ in places), default=0.0)
+        if low >= 0 or (low, "fixed") not in [(z, kind) for _, z, kind in places]:
+            why = f"line {line}: WtrDpth is the file {text}" if text else "there is no WtrDpth"
+            raise InputError(f"{why}, and no fixed point is the deepest: give the depth as OPTIONS, NUMBER WtrDpth.")
+        note(line, f"no single depth is given: the deepest point, which is fixed, sets it, {-low:g} m")
+        return -low
     depth = number_of(text)
     if depth <= 0:
         raise InputError(f"line {line}: WtrDpth is {text}: must be above 0.")
@@ -80,14 +83,6 @@ def _depth(tables: Tables, places: list[tuple[int, float, str]], note: Callable[
         if kind != "free" and z < -depth * (1 + 1e-9):
             raise InputError(f"line {where}: z = {z:g} is below the bed, which WtrDpth puts at -{depth:g} m.")
     return depth
-
-
-def _deepest(places: list[tuple[int, float, str]], why: str) -> float:
-    """Depth [m] of the deepest point, if that is an anchor."""
-    low = min((z for _, z, _ in places), default=0.0)
-    if low >= 0 or (low, "fixed") not in [(z, kind) for _, z, kind in places]:
-        raise InputError(f"{why}, and no fixed point is the deepest: give the depth as OPTIONS, NUMBER WtrDpth.")
-    return -low
 
 
 def _bed(tables: Tables, note: Callable[..., Any]) -> dict[str, float]:

@@ -21,16 +21,15 @@ class Names:
     def of(self, name: str) -> str:
         """The name in the scene."""
         if name not in self.found:
-            self.found[name] = self._fresh(name)
-            if self.found[name] != name:
-                self.note(f"{self.what} {name!r} is called {self.found[name]} here")
-        return str(self.found[name])
-
-    def _fresh(self, name: str) -> str:
-        own = re.sub(r"[^0-9A-Za-z_-]", "_", name)
-        own = (own if own[:1].isalpha() else f"{self.what}{own}")[:LONGEST]
-        taken = set(self.found.values())
-        return own if own not in taken else next(n for k in range(2, 10**6) if (n := f"{own[:40]}_{k}") not in taken)
+            own = re.sub(r"[^0-9A-Za-z_-]", "_", name)
+            own = (own if own[:1].isalpha() else f"{self.what}{own}")[:LONGEST]
+            taken = set(self.found.values())
+            if own in taken:
+                own = next(n for k in range(2, 10**6) if (n := f"{own[:40]}_{k}") not in taken)
+            self.found[name] = own
+            if own != name:
+                self.note(f"{self.what} {name!r} is called {own} here")
+        return self.found[name]
 
 
 @dataclass(frozen=True)

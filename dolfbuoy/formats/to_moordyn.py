@@ -107,7 +107,12 @@ class _Writer:
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)
             ends = [self._point(piece.section, end) for end in piece.ends]
             self.lines.append((number, name, *ends, piece.section.length, segments, "-"))
-        step = self.numerics.step or STEP * min(map(self._axial, self.network.pieces))
+        # 1/omega of the shortest axial vibration of a segment [s]
+        axial = (
+            c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
+            for c in (piece.section for piece in self.network.pieces)
+        )
+        step = self.numerics.step or STEP * min(axial)
         text = _table("LINE TYPES", "TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx", *self.types.values())
         if bodies:
             text += _table("ROD TYPES", "TypeName Diam Mass/m Cd Ca CdEnd CaEnd", *rod_types)
@@ -117,14 +122,12 @@ class _Writer:
         text += _table("POINTS", "ID Attachment X Y Z Mass Volume CdA Ca", *self.points)
         text += _table("LINES", "ID LineType AttachA AttachB UnstrLen NumSegs LineOutputs", *self.lines)
         options, files = moordyn_water.options(self.scene, self.network, self.note)
-        options = {"dtM": step, "tScheme": self.numerics.scheme, "writeLog": 0} | options
+        options = dict[str, Any](dtM=step, tScheme=self.numerics.scheme, writeLog=0) | options
         text += "--- OPTIONS ---\n" + "".join(f"{_word(value)} {key}\n" for key, value in options.items())
         self._left_out()
         title = self.scene.title or "a scene"
         whole = f"{title}\nwritten by dolfbuoy\n{text}--- need this line ---\n"
         return Export({"lines.txt": whole} | files, self.notes, step, self.driven)
-
-    # -- lines --------------------------------------------------------------------------------------------------------
 
     def _type(self, piece: Piece) -> Any:
         c = piece.section
@@ -154,13 +157,6 @@ class _Writer:
             return EA
         return float(own)
 
-    def _axial(self, piece: Piece) -> Any:
-        """1/omega of the shortest axial vibration of a segment [s]."""
-        c = piece.section
-        return c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
-
-    # -- ends ---------------------------------------------------------------------------------------------------------
-
     def _point(self, section: Cable, end: End) -> Any:
         key = end.name if end.kind != "buoy" else (end.name, end.fairlead, section.length)
         if end.name is not None and key in self.joints:
@@ -188,8 +184,6 @@ class _Writer:
             return ("Free", 0.0, 0.0, 0.0, *none)
         body, at = self.network.bodies.get(name), self.start.joints.get(name, np.zeros(3)).tolist()
         return ("Free", *at, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
-
-    # -- bodies -------------------------------------------------------------------------------------------------------
 
     def _bodies(self) -> tuple[list[Any], list[Any], list[Any]]:
         bodies, types, rods = list[Any](), list[Any](), list[Any]()
@@ -241,8 +235,6 @@ class _Writer:
                 "hull: drag and added mass of MoorDyn's rod ends are scaled so that the sum over all ends is the hull's"
             )
         return faces / sum(2 * d**power for _, _, d in cylinders)
-
-    # -- what has no place --------------------------------------------------------------------------------------------
 
     def _left_out(self) -> None:
         scene = self.scene

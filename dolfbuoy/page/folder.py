@@ -55,29 +55,25 @@ def _run(file: Path) -> str:
         return run_page(record, scene, known.get("case"))
 
 
-def _of_dataset(file: Path) -> str:
-    """The page of modes.nc or sweep.nc."""
-    from .result_pages import modes_page, sweep_page
+def _of_others(file: Path) -> str:
+    """The page of modes.nc, sweep.nc or work-precision.json."""
+    from .result_pages import modes_page, precision_page, sweep_page
 
+    if file.suffix == ".json":
+        with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
+            found = json.loads(file.read_text())
+            return precision_page(found["rows"], found["notes"], found.get("title", ""))
     make: Callable[[Any], str] = modes_page if file.name == "modes.nc" else sweep_page
     with fitting(file):
         return make(read(file))
 
 
-def _precision(file: Path) -> str:
-    from .result_pages import precision_page
-
-    with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
-        found = json.loads(file.read_text())
-        return precision_page(found["rows"], found["notes"], found.get("title", ""))
-
-
 #: Page of each result, by the name of its file.
 PAGES = {
     "results.nc": Page("page.html", "run", _run),
-    "modes.nc": Page("modes.html", "modes", _of_dataset),
-    "sweep.nc": Page("sweep.html", "sweep", _of_dataset),
-    "work-precision.json": Page("work-precision.html", "study", _precision),
+    "modes.nc": Page("modes.html", "modes", _of_others),
+    "sweep.nc": Page("sweep.html", "sweep", _of_others),
+    "work-precision.json": Page("work-precision.html", "study", _of_others),
 }
 
 

@@ -37,9 +37,9 @@ def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[
     button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
     top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
     style, script = style_sheet(), _with_imports(script)
-    policy = (
-        f"default-src 'none'; style-src {_hash(style)}; script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
-    )
+    known = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script)]
+    sources = "style-src 'sha256-{}'; script-src 'sha256-{}'".format(*known)
+    policy = f"default-src 'none'; {sources}; base-uri 'none'; form-action 'none'"
     parts = {"policy": policy, "title": html.escape(title), "style": style, "data": as_json(data), "script": script}
     parts["body"] = joined([top, tag("main", *children)])
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
@@ -83,17 +83,9 @@ def _with_imports(name: str) -> str:
     return "\n".join(found.values())
 
 
-def _hash(text: str) -> str:
-    """As a policy names an inline block."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
-
-
 def fragment(name: str, **parts: str) -> Markup:
     """A piece of a page from its file, with texts in the places that it names."""
     return Markup(re.sub(r"\{\{(\w+)\}\}", lambda found: html.escape(parts[found[1]]), _read(f"{name}.html")))
-
-
-# -- parts of a page -------------------------------------------------------------------------------------------------
 
 
 def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:

@@ -58,6 +58,7 @@ def sweep_data(dataset: xr.Dataset) -> dict[str, Any]:
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
     quantities = each_series(dataset, "maximum")
     kept = STATISTICS if len(quantities) * len(STATISTICS) * dataset.sizes["case"] <= MOST_NUMBERS else FEWER
+    records = _listed(dataset.record.values) if "record" in dataset else []  # none of them leads anywhere else
     return {
         "kind": "sweep",
         "varied": varied,
@@ -66,14 +67,8 @@ def sweep_data(dataset: xr.Dataset) -> dict[str, Any]:
         "main": [label for main in shown_in("sweep page") for label, name, _ in quantities if name == main],
         "scene": "scene" in dataset.attrs,
         "source": dataset.attrs.get("source", ""),
-        "records": _records(dataset),
+        "records": [folder if re.fullmatch(r"records/[0-9a-f]{20}", folder) else "" for folder in records],
     }
-
-
-def _records(dataset: xr.Dataset) -> list[str]:
-    """Folder of every case's record, empty where it was not kept; none of them leads anywhere else."""
-    found = _listed(dataset.record.values) if "record" in dataset else []
-    return [folder if re.fullmatch(r"records/[0-9a-f]{20}", folder) else "" for folder in found]
 
 
 def _listed(values: NDArray[Any]) -> list[Any]:

@@ -27,7 +27,6 @@ from .view import view_of
 
 if TYPE_CHECKING:
     import xarray as xr
-    from numpy.typing import NDArray
 
     from ..results.parts import Part
     from ..scene.sections import Scene
@@ -71,6 +70,11 @@ def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
     main = [values for *_, curves in columns for _, values in curves]
     count = rows_that_fit(record, parts, columns)
     rows = chosen_rows(main, count) if main else np.arange(record.sizes["time"])
+    headings, buoys = dict[str, list[float]](), scene.network.buoys
+    for name in buoys or [None]:
+        for what, direction in pushes(scene, name).items():
+            own = what in ("wind", "force") and len(buoys) > 1
+            headings[f"{what} on {name}" if own else what] = direction.tolist()
     return {
         "kind": "run",
         "time": exact(record.time.values[rows]),
@@ -82,7 +86,7 @@ def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "envelopes": envelopes(parts, scene),
         "spectra": spectra(parts, scene),
         "view": view_of(frames, rows),
-        "headings": _headings(scene),
+        "headings": list(headings.items()),  # [x, y] in which waves, current, and wind and force on each buoy push
         "anchors": frames.at(frames.times[0]).x[[span.node.start for span in frames.spans], :2].tolist(),
     }
 
@@ -96,7 +100,7 @@ LARGEST = (
         "buoy",
         "buoy_position",
         "m",
-        lambda part: _distance(part.buoy_position.values[:, :2]),
+        lambda part: np.linalg.norm((part.buoy_position.values - part.buoy_position.values[0])[:, :2], axis=1),
     ),
     ("largest lean", "buoy", "cone_angle", "deg", lambda part: part.cone_angle.values),
 )
@@ -117,10 +121,6 @@ def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
     return found
 
 
-def _distance(track: NDArray[Any]) -> Any:
-    return np.linalg.norm(track - track[0], axis=1)
-
-
 def _keys(moments: list[dict[str, Any]]) -> Markup | None:
     """Large numbers; each is a button that shows its moment."""
     items = [
@@ -138,16 +138,6 @@ def _keys(moments: list[dict[str, Any]]) -> Markup | None:
     ]
     label = "Largest values; each shows its moment"
     return tag("div", *items, class_="keys", role="group", aria_label=label) if items else None
-
-
-def _headings(scene: Scene) -> list[tuple[str, list[float]]]:
-    """Names and horizontal directions [x, y] in which waves, current, and wind and force on each buoy push."""
-    found, buoys = dict[str, list[float]](), scene.network.buoys
-    for name in buoys or [None]:
-        for what, direction in pushes(scene, name).items():
-            own = what in ("wind", "force") and len(buoys) > 1
-            found[f"{what} on {name}" if own else what] = direction.tolist()
-    return list(found.items())
 
 
 def worth(record: xr.Dataset, scene: Scene) -> Markup:
@@ -188,21 +178,15 @@ def settings_of(record: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
         rows.append(("steps in a period of the drive", f"{period / time.step:.4g}"))
     elements = [str(piece.section.elements) for piece in scene.network.pieces]
     if elements:
-        first = scene.network.pieces[0].section
-        rows.append(("elements", f"P{first.position_degree}-P{first.tension_degree}, {_counted(elements)}"))
+        first, alike = scene.network.pieces[0].section, len(elements) > 1 and len(set(elements)) == 1
+        counted = f"{len(elements)} x {elements[0]}" if alike else " + ".join(elements)
+        rows.append(("elements", f"P{first.position_degree}-P{first.tension_degree}, {counted}"))
     rows.append(("unknowns", str(record.attrs["unknowns"])))
     if len(steps):
         rows.append(("Newton iterations in a step", f"{float(record.newton_iterations[1:].mean()):.3g}"))
     failed = int(record.attrs.get("failed_steps", 0))
     rows.append(("steps that failed and were retried", str(failed)))
     return rows
-
-
-def _counted(elements: list[str]) -> str:
-    """`20` or `3 x 20` or `64 + 20 + 30`."""
-    if len(set(elements)) == 1:
-        return elements[0] if len(elements) == 1 else f"{len(elements)} x {elements[0]}"
-    return " + ".join(elements)
 
 
 def _periods(scene: Scene) -> Markup | None:

@@ -11,7 +11,6 @@ from ..model.sea import crest_height
 from ..results.frame import Force, Frames
 from ..results.hulls import Floating
 from ..results.running import maximum
-from ..scene.sections import Scene
 from .pack import coarse, exact, single
 
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
@@ -30,11 +29,17 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
         position, orientation = (record[f"buoy_{what}"].values[rows, k] for what in ("position", "orientation"))
         buoy |= {"position": coarse(position), "orientation": coarse(orientation)}
     if scene.waves:
-        found["sea"]["waves"] = _waves(scene)
+        w = AirySum.of(scene)
+        packed = {"amplitude": w.amplitude, "kx": w.wavenumber * w.cosine, "ky": w.wavenumber * w.sine}
+        packed |= {"omega": w.at_ground, "phase": w.phase}
+        found["sea"]["waves"] = {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
     vectors = [force.vectors(rows) for force in frames.forces]
     found["forces"] = [_force(force) | {"values": coarse(v)} for force, v in zip(frames.forces, vectors, strict=True)]
     found["largestForce"] = max((float(np.linalg.norm(v, axis=-1).max()) for v in vectors), default=0.0)
-    found["direction"] = _direction(scene, found["box"])
+    x, y = np.subtract(found["box"][1], found["box"][0])[:2]
+    waves_deg = scene.waves.direction_deg if scene.waves else 0.0
+    # heading of the plane that is seen from the side [deg]: of what is widest, else of the waves
+    found["direction"] = waves_deg if max(x, y) <= 1.5 * min(x, y) else 0.0 if x > y else 90.0
     return found
 
 
@@ -46,25 +51,16 @@ def base_view(frames: Frames) -> dict[str, Any]:
     found |= {"forces": [], "largestForce": 0.0}
     found["sea"] = {"depth": scene.sea.depth, "slope": slope, "waves": None} if scene.sea else None
     for name, buoy in zip(frames.buoys, frames.at(frames.times[0]).buoys, strict=True):
-        found["buoys"].append(_buoy(buoy) | {"name": name, "start": buoy.r_C.tolist()})
+        upright = Floating(buoy.buoy, np.zeros(3), np.eye(3))
+        found["buoys"].append({
+            "outline": upright.outline.tolist() if upright.shape else None,
+            "masses": [float(place[2]) for place in upright.masses],
+            "mast": None if upright.mast is None else upright.mast[:, 2].tolist(),
+            "size": upright.size,
+            "name": name,
+            "start": buoy.r_C.tolist(),
+        })  # fmt: skip
     return found | {"box": box_around(frames, found["buoys"]), "labels": labels(frames)}
-
-
-def _buoy(buoy: Floating) -> dict[str, Any]:
-    upright = Floating(buoy.buoy, np.zeros(3), np.eye(3))
-    return {
-        "outline": upright.outline.tolist() if upright.shape else None,
-        "masses": [float(place[2]) for place in upright.masses],
-        "mast": None if upright.mast is None else upright.mast[:, 2].tolist(),
-        "size": upright.size,
-    }
-
-
-def _waves(scene: Scene) -> dict[str, dict[str, str] | float]:
-    w = AirySum.of(scene)
-    packed = {"amplitude": w.amplitude, "kx": w.wavenumber * w.cosine, "ky": w.wavenumber * w.sine}
-    packed |= {"omega": w.at_ground, "phase": w.phase}
-    return {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
 
 
 def _force(force: Force) -> dict[str, Any]:
@@ -72,9 +68,6 @@ def _force(force: Force) -> dict[str, Any]:
     if force.arm is None:
         return {"kind": force.kind, "node": force.node}
     return {"kind": force.kind, "buoy": force.buoy, "place": force.arm.tolist()}
-
-
-# -- lines -------------------------------------------------------------------------------------------------------------
 
 
 def _lines(frames: Frames) -> dict[str, Any]:
@@ -119,9 +112,6 @@ def labels(frames: Frames) -> list[dict[str, Any]]:
     return found
 
 
-# -- the frame of the picture ------------------------------------------------------------------------------------------
-
-
 def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]:
     """Lower and upper corner of all points and the buoys at them; the water's surface and the bed if they are near."""
     scene, points = frames.scene, frames.places
@@ -136,11 +126,3 @@ def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]
         if low[2] - 0.4 * span < -scene.sea.depth:
             low[2] = min(low[2], -scene.sea.depth)
     return [low.tolist(), high.tolist()]
-
-
-def _direction(scene: Scene, box: list[list[float]]) -> float:
-    """Heading of the plane that is seen from the side [deg]: of what is widest, else of the waves."""
-    x, y = np.subtract(box[1], box[0])[:2]
-    if max(x, y) > 1.5 * min(x, y):
-        return 0.0 if x > y else 90.0
-    return scene.waves.direction_deg if scene.waves else 0.0

@@ -103,9 +103,15 @@ class Writer:
         self._file.flush()
 
     def _opened(self) -> BinaryIO:
-        """Without lines that are torn or damaged, which leave by one atomic step."""
+        """Without lines that are torn or damaged, which leave by one atomic step.
+
+        A file of the user's, without any line of a store, is left alone: the next path like it is taken.
+        """
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._path = _not_of_others(self._path)
+        path, number = self._path, 0
+        while self._path.is_file() and self._path.stat().st_size and not _LINE.search(self._path.read_bytes()):
+            number += 1
+            self._path = path.with_stem(f"{path.stem}-{number}")
         old = self._path.read_bytes().splitlines(keepends=True) if self._path.is_file() else []
         good = [line for line in old if line.endswith(b"\n") and _head(line)]
         if len(good) < len(old) or (old and self._path.stat().st_nlink > 1):
@@ -117,15 +123,6 @@ class Writer:
         """Nothing is added any more."""
         if self._file is not None:
             self._file.close()
-
-
-def _not_of_others(path: Path) -> Path:
-    """This path, or the next one like it if a file of the user's, without any line of a store, is there."""
-    free, number = path, 0
-    while free.is_file() and free.stat().st_size and not _LINE.search(free.read_bytes()):
-        number += 1
-        free = path.with_stem(f"{path.stem}-{number}")
-    return free
 
 
 def _heads(file: Path) -> Iterator[tuple[int, re.Match[bytes] | None]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from .quantities import declared
 from .series import OF_PART
-from .tables import force_unit
+from .tables import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,13 +49,11 @@ def rows_of(record: xr.Dataset) -> list[Row]:
         kind = next((k for k in ("cable", "buoy", "segment") if k in record.dims and part in record[k].values), None)
         alone = kind is None or record.sizes[kind] == 1
         series, _, number = output.rpartition(".")
-        unit, factor = force_unit(value) if unit == "N" else (unit.replace("degree", "deg"), 1.0)
+        unit, factor = unit_of(value, unit.replace("degree", "deg"))
         texts = number_with(factor * value, factor * bar if verdict != "none" else math.nan)
         step, mesh, scatter = ("" if math.isnan(x) else f"{factor * x:.2g}" for x in more)
-        part = "" if alone else part
-        found.append(
-            Row(part, output, f"{NUMBERS[number]} {_name(series)}", *texts, step, mesh, unit, verdict, scatter)
-        )
+        part, name = "" if alone else part, f"{NUMBERS[number]} {_name(series)}"
+        found.append(Row(part, output, name, *texts, step, mesh, unit, verdict, scatter))
     return found
 
 

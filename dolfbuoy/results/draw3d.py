@@ -95,12 +95,6 @@ def clear_azimuth(direction_deg: float) -> float:
     return max((-60.0, -120.0, -30.0, -150.0), key=lambda a: round(abs(math.sin(math.radians(a - direction_deg))), 6))
 
 
-def towards_viewer(elevation: float, azimuth: float) -> NDArray[Any]:
-    """Unit vector from what is seen to who sees it from there [deg]."""
-    e, a = math.radians(elevation), math.radians(azimuth)
-    return np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
-
-
 def sheet(patches: NDArray[Any], viewer: NDArray[Any], **look: Any) -> PathPatch3D:
     """Quadrilaterals (n, 4, 3) as one surface without seams, all of one colour, for one who sees it from there."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])

@@ -116,9 +116,6 @@ def _pivots(runs: int, times: float) -> NDArray[Any]:
     return np.asarray((location + scale * rise - rise) / scale)
 
 
-# -- a Gaussian sea --------------------------------------------------------------------------------------------------
-
-
 def largest_crest(crests: float) -> Gumbel:
     """The largest of so many Rayleigh crests over the standard deviation of the elevation.
 

@@ -99,7 +99,6 @@ class Frame:
 
     @property
     def scene(self) -> Scene:
-        """Scene of the run."""
         return self.run.scene
 
     @property
@@ -201,7 +200,6 @@ class Frames:
 
     @property
     def joints(self) -> list[Mark]:
-        """The marks of joints."""
         return [mark for mark in self.marks if mark.name]
 
     @property
@@ -258,8 +256,9 @@ class Frames:
             buoy, upright = self.network.buoys[name], self.buoy(number, 0)
             force, wind = buoy.external_force, buoy.wind
             if force:
-                height = upright.center if force.height is None else force.height
-                yield Force("outside", "external force", _constant(force.force), None, number, upright.arm(height))
+                arm = upright.arm(upright.center if force.height is None else force.height)
+                vectors = lambda rows, given=force.force: np.tile(given, (len(rows), 1))  # noqa: E731
+                yield Force("outside", "external force", vectors, None, number, arm)
             if wind:
                 arm = upright.arm(wind.height)
                 yield Force("outside", "wind force", self._wind(number, wind, arm), None, number, arm)
@@ -278,10 +277,6 @@ class Frames:
             return np.column_stack([np.interp(heights, known, column) for column in table.T])
 
         return vectors
-
-
-def _constant(vector: tuple[float, float, float]) -> Callable[..., Any]:
-    return lambda rows: np.tile(vector, (len(rows), 1))
 
 
 def _spans(record: xr.Dataset) -> list[Span]:

@@ -31,14 +31,12 @@ def labelled(
     """
     import xarray as xr
 
-    made = {name: (dims, _real(dims, values), unit_and_name(*what)) for name, (dims, values, what) in variables.items()}
+    made = {}
+    for name, (dims, values, what) in variables.items():
+        if np.iscomplexobj(values):
+            values = np.stack([values.real, values.imag], axis=list(dims).index("part"))
+        made[name] = dims, values, unit_and_name(*what)
     return xr.Dataset(made, {name: list(names) for name, names in labels.items()}, attributes)
-
-
-def _real(dims: Sequence[str], values: NDArray[Any]) -> NDArray[Any]:
-    if not np.iscomplexobj(values):
-        return values
-    return np.stack([values.real, values.imag], axis=list(dims).index("part"))
 
 
 def complex_of(variable: xr.DataArray) -> NDArray[Any]:

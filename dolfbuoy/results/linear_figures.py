@@ -123,7 +123,6 @@ def amplitudes(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, 
 
 
 def _name(axes: Any) -> None:
-    """Names of the curves."""
     labels = [label.replace("_", " ").replace("tension ", "") for label in axes.get_legend_handles_labels()[1]]
     if len(labels) <= FEW:
         axes.legend(loc="upper right")

@@ -166,9 +166,10 @@ def dataset_of_stiffness(problem: Problem, found: Any) -> xr.Dataset:
         for i, (body, rigid) in enumerate(zip(found.bodies, found.rigid, strict=True)):
             block = matrix[6 * i : 6 * i + 6, 6 * i : 6 * i + 6]
             directions = rigid if name != "hull" else rigid[:, :0]
-            blocks.append(_with_infinite(body, block, directions))
-            values.append(_eigenvalues(body, block, directions))
+            infinite = directions @ directions.T  # where the rigid directions (6, k) have a part
             finite.append(_across(body, block, directions))
+            blocks.append(np.where(np.abs(infinite) > LEAST_PART, np.copysign(np.inf, infinite), finite[-1]))
+            values.append(_eigenvalues(body, block, directions))
         data[name] = (("buoy", "reaction", "motion"), np.array(blocks), ("N/m, N m/rad", NAMES[name]))
         what = "N m-1", "eigenvalues of its symmetric part, turns at the radius of gyration"
         data[f"{name}_eigenvalue"] = (("buoy", "number"), np.array(values), what)
@@ -181,12 +182,6 @@ def dataset_of_stiffness(problem: Problem, found: Any) -> xr.Dataset:
         data["rigid"] = (("buoy", "number", "motion"), np.array(rows), what)
     labels = {"reaction": REACTIONS, "motion": AXES, "buoy": [body.name for body in found.bodies]}
     return labelled(data, labels, attributes(problem))
-
-
-def _with_infinite(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
-    """The block across rigid directions (6, k), infinite where these have a part."""
-    infinite = rigid @ rigid.T
-    return np.where(np.abs(infinite) > LEAST_PART, np.copysign(np.inf, infinite), _across(body, block, rigid))
 
 
 def _across(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:

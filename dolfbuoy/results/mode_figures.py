@@ -84,20 +84,19 @@ def _curves(frame: Frame, view: NDArray[Any]) -> list[NDArray[Any]]:
 def draw_modes(
     folder: Path, dataset: xr.Dataset, scene: Scene, paraview: bool = True, direction_deg: float = 0.0
 ) -> list[Path]:
-    """Figure of each mode in folder/figures, and an animated period in folder/paraview; returns the files."""
+    """Figure of each mode in folder/figures, and an animated period in folder/paraview; returns the files.
+
+    Meshes of cables and hulls, over a time of one period, or of 1 s for what has none.
+    """
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():
         written += keep(mode_shape(dataset, number, scene, direction_deg), folder, f"mode_{number:02d}", "modes")
-        if paraview:
-            written += _animate(folder, dataset, number, scene)
+        if not paraview:
+            continue
+        period, turns = dataset.period.values[number - 1], np.arange(PHASES) / PHASES
+        times = (period if np.isfinite(period) else 1.0) * turns
+        frames = Frames(moving(dataset, number, times, np.exp(2j * np.pi * turns)), scene)
+        known = meshes_of(frames)
+        meshes = {f"mode_{number:02d}_{name}": known[name] for name in ("cable", "hull") if name in known}
+        written += write_series(folder, "modes", [frames.at(time) for time in times], meshes)
     return written
-
-
-def _animate(folder: Path, dataset: xr.Dataset, number: int, scene: Scene) -> list[Path]:
-    """A period of the mode as meshes of cables and hulls, over a time of one period, or of 1 s for what has none."""
-    period, turns = dataset.period.values[number - 1], np.arange(PHASES) / PHASES
-    times = (period if np.isfinite(period) else 1.0) * turns
-    frames = Frames(moving(dataset, number, times, np.exp(2j * np.pi * turns)), scene)
-    known = meshes_of(frames)
-    meshes = {f"mode_{number:02d}_{name}": known[name] for name in ("cable", "hull") if name in known}
-    return write_series(folder, "modes", [frames.at(time) for time in times], meshes)

@@ -157,7 +157,6 @@ class Observer:
         return found
 
     def _tension_at(self, cable: int) -> list[Entry]:
-        """Entries of T_h(0) of a cable."""
         lines: Any = self.problem.lines
         u, piece = self.problem.system.u, self.network.first_of(cable)
 
@@ -238,7 +237,11 @@ class Observer:
     def fixed(self) -> dict[str, NDArray[Any]]:
         """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
         (others: nothing)."""
-        return self._along() | self._grown() | (self._components() if self.comm.rank == 0 else {})
+        found, waves = self._along() | self._grown(), self.problem.scene.waves
+        if self.comm.rank == 0 and waves is not None and waves.irregular and self.problem.dynamic:
+            names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
+            found |= dict(zip(names, sea_of(self.problem.scene).as_rows().T, strict=True))
+        return found
 
     def _grown(self) -> dict[str, NDArray[Any]]:
         """After `_along`, which finds the order."""
@@ -249,13 +252,6 @@ class Observer:
         if self.comm.rank != 0:
             return {}
         return dict(zip(("growth_diameter", "growth_mass", "growth_weight"), found[self._cell_order].T, strict=True))
-
-    def _components(self) -> dict[str, NDArray[Any]]:
-        waves = self.problem.scene.waves
-        if waves is None or not waves.irregular or not self.problem.dynamic:
-            return {}
-        names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
-        return dict(zip(names, sea_of(self.problem.scene).as_rows().T, strict=True))
 
     def _along(self) -> dict[str, NDArray[Any]]:
         """Cable after cable, each from its lower end on, and which cable and segment they belong to."""

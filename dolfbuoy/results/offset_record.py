@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from ..model.problem import Problem
-    from ..scene import Scene
 
 #: A line with less tension than this part of the forces of its scene is slack.
 LEAST_TENSION = 1e-4
@@ -66,8 +65,11 @@ class Rows:
             self.labels = self._observer.labels()
         smallest = problem.smallest_tension(of_rods=False)
         values = self._observer.values(problem.end_forces())
-        slack = smallest <= LEAST_TENSION * problem.typical_force
-        return values | {"smallest_tension": smallest, "slack": slack, "under": _is_under(problem.scene, values)}
+        slack, scene = smallest <= LEAST_TENSION * problem.typical_force, problem.scene
+        displaced = values.get("displaced_mass") if scene.sea is not None else None
+        buoys = () if displaced is None else zip(displaced, scene.network.buoys.values(), strict=True)
+        under = any(is_under(mass, scene, buoy) for mass, buoy in buoys)
+        return values | {"smallest_tension": smallest, "slack": slack, "under": under}
 
     def dataset(self, at_rest: NDArray[Any] | None) -> xr.Dataset:
         """All of them on rank 0; at_rest: r_C without any load [m], or None."""
@@ -101,13 +103,6 @@ def top_tension(dataset: xr.Dataset) -> xr.DataArray:
     """Largest tension at the upper end of a line [N], over directions and sizes."""
     largest: xr.DataArray = dataset.tension_top.max("cable")
     return largest
-
-
-def _is_under(scene: Scene, values: dict[str, Any]) -> bool:
-    if scene.sea is None or "displaced_mass" not in values:
-        return False
-    found = zip(values["displaced_mass"], scene.network.buoys.values(), strict=True)
-    return any(bool(is_under(mass, scene, buoy)) for mass, buoy in found)
 
 
 def _with_offsets(made: xr.Dataset, at_rest: NDArray[Any]) -> xr.Dataset:

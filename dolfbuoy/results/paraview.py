@@ -137,9 +137,6 @@ def instants(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
     return np.asarray(times[chosen])
 
 
-# -- meshes of a frame -------------------------------------------------------------------------------------------------
-
-
 def cable_mesh(frame: Frame) -> meshio.Mesh:
     """All cables with s and velocity at their nodes and the tension of their elements, those that parted left out."""
     record, spans = frame.run.record, frame.run.spans

@@ -380,14 +380,12 @@ _ALL: tuple[Quantity, ...] = (
     _component("wave_phase_deg", "degree", "its phase in a cos(k.x - omega t + phase)"),
 )
 ERROR = "_error"
-
-
-def _error_of(one: Quantity) -> Quantity:
-    long_name = f"{one.name} minus what it were without the leading error of the time steps"
-    return Quantity(one.name + ERROR, one.dims, one.unit, long_name, turning=one.turning, effort=True)
-
-
-_ALL += tuple(_error_of(one) for one in _ALL if one.has_outputs or one.name == "anchor_force")
+LEADING = "minus what it were without the leading error of the time steps"
+_ALL += tuple(
+    Quantity(one.name + ERROR, one.dims, one.unit, f"{one.name} {LEADING}", turning=one.turning, effort=True)
+    for one in _ALL
+    if one.has_outputs or one.name == "anchor_force"
+)
 #: By name; whatever is put in here is recorded and shown.
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 

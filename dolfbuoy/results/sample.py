@@ -62,7 +62,9 @@ def sample_of(
             f"The run ends at t = {float(record.time[-1]):g} s, and statistics begin at t = {start:g} s: they need at "
             "least two instants; compute a longer run, or give an earlier --from."
         )
-    tracks, anchor = _tracks(late), _anchor(scene)
+    tracks, network = _tracks(late), scene.network
+    end = network.pieces[0].ends[0] if len(network.cables) == 1 else None
+    anchor = end.position[:2] if end and end.position and end.kind == "fixed" else None
     if point is None:
         point = next((track[0] for track in _tracks(record).values()), anchor or (0.0, 0.0))
     every = [*series_of(late), *_added(late, scene, tracks, anchor, point)]
@@ -123,16 +125,6 @@ def _added(
 def _tracks(record: xr.Dataset) -> dict[str, NDArray[Any]]:
     """(x, y) of every buoy over time."""
     return {name: record.buoy_position.sel(buoy=name).values[:, :2] for name in names_of(record, "buoy")}
-
-
-def _anchor(scene: Scene) -> Sequence[float] | None:
-    """(x, y) of the anchor, if there is one line and it has one."""
-    network = scene.network
-    end = network.pieces[0].ends[0] if len(network.cables) == 1 else None
-    return end.top.position[:2] if end and end.top and end.top.position and end.kind == "fixed" else None
-
-
-# -- fatigue ---------------------------------------------------------------------------------------------------------
 
 
 def pair_of(sample: dict[str, Any], kept: str, label: str) -> tuple[NDArray[Any], NDArray[Any]]:

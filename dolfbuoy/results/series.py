@@ -177,9 +177,6 @@ def series_of(record: xr.Dataset) -> Iterator[Series]:
             yield Series(label, record.time.values, x, 1e-9 * np.abs(columns).max())
 
 
-# -- the largest oscillation -----------------------------------------------------------------------------------------
-
-
 def _fitted(
     known: NDArray[Any], t: NDArray[Any], window: NDArray[Any], phase: NDArray[Any]
 ) -> tuple[NDArray[Any], float]:
@@ -203,9 +200,6 @@ def _peak(t: NDArray[Any], x: NDArray[Any]) -> float:
     amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
     amplitude[:8] = 0.0  # less than one period
     return float(np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0])))
-
-
-# -- labels and variables --------------------------------------------------------------------------------------------
 
 
 class Place(NamedTuple):
@@ -284,16 +278,9 @@ def each_series(
         dimension = next((d for d in variable.dims if d in OF), None)
         for part in dataset[dimension].values.tolist() if dimension else [None]:
             label = f"{name}{OF_PART}{part}" if dimension and dataset.sizes[dimension] > 1 else name
-            found.append((label, name, _of_part(dataset, name, dimension, part)))
-    return found
-
-
-def _of_part(dataset: xr.Dataset, name: str, dimension: str | None, part: str | None) -> xr.Dataset:
-    """The variables of a series of one part, and of all lists of its peaks and ranges."""
-    if dimension is None:
-        return dataset
-    found = dataset.sel({dimension: part})
-    for kept in (f"{name}_peak", f"{name}_range"):
-        if f"{kept}_{dimension}" in found:
-            found = found.isel({f"{kept}_number": found[f"{kept}_{dimension}"].values == part})
+            one = dataset.sel({dimension: part}) if dimension else dataset
+            for kept in (f"{name}_peak", f"{name}_range"):
+                if f"{kept}_{dimension}" in one:
+                    one = one.isel({f"{kept}_number": one[f"{kept}_{dimension}"].values == part})
+            found.append((label, name, one))
     return found

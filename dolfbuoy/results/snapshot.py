@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..model.sea import crest_height, heading, wavenumber
-from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
+from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side
 from .frame import Frames
 from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, figure_of, matplotlib, new_figure
 from .tables import force_unit
@@ -42,10 +42,8 @@ def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Fig
     now = Frames(record, scene).at(time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
     from_above = len(now.run.spans) > 1 and np.ptp(now.x[:, :2], axis=0).min() > WIDE * np.ptp(now.x, axis=0).max()
-    figure, legend = (
-        new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False),
-        dict[Any, Any](),
-    )
+    width, legend = PAGE if len(boxes) == 2 or from_above else COLUMN, dict[Any, Any]()
+    figure = new_figure(width, 4.2, constrained=False)
     for box in boxes:
         axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
         axes.patch.set_visible(False)
@@ -68,9 +66,6 @@ def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> Non
     side_by_side(figure, above, below)
     figure.text(0.5, 1 - 0.08 / figure.get_figheight(), "\n".join(lines), ha="center", va="top", fontsize=9)
     figure.legend(handles=entries, loc="lower center", ncol=columns, borderaxespad=0.2)
-
-
-# -- what is seen ----------------------------------------------------------------------------------------------------
 
 
 def _whole(now: Frame) -> NDArray[Any] | None:
@@ -101,9 +96,6 @@ def _detail(now: Frame) -> NDArray[Any] | None:
     middle = (buoy.at(max(buoy.heights)) + buoy.at(min(buoy.heights))) / 2
     half = buoy.size * np.array([1.05, 1.05, 0.95])
     return np.array([middle - half, middle + half])
-
-
-# -- parts of the picture ----------------------------------------------------------------------------------------------
 
 
 def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
@@ -256,7 +248,7 @@ def _draw_key(axes: Any, box: NDArray[Any], along: NDArray[Any], speed: float, s
     axes.text2D(x, y, f"{speed:.3g} m/s", transform=axes.transData, **look)
 
 
-def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any], float]:
+def _plane(now: Frame, box: NDArray[Any]) -> tuple[NDArray[Any], float]:
     """Points under water in the plane of the waves through the buoy, and their distance."""
     middle = (box[0] + box[1]) / 2
     through, along = now.buoys[0].r_C if now.alone and now.buoys else middle, heading(now.direction_deg)
@@ -264,8 +256,8 @@ def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any
     base = middle * [1, 1, 0] + across * ((through - middle) @ across)
     half = (box[1] - box[0])[:2] / 2
     reach = 0.9 * (half / np.maximum(np.abs(along[:2]), 1e-9)).min()
-    spacing = 2 * reach / (columns - 1)
-    x = base + np.linspace(-reach, reach, columns)[:, None] * along
+    spacing = 2 * reach / 7
+    x = base + np.linspace(-reach, reach, 8)[:, None] * along
     top = np.minimum(now.elevation(x), box[1, 2])
     floor = max(box[0, 2], now.bed)
     rows = max(3, round((top.max() - floor) / (1.1 * spacing)))
@@ -278,7 +270,8 @@ def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any
 def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """Water beyond the hulls, hulls, water before them."""
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
-        x, viewer = _water_patches(now, box), towards_viewer(ELEVATION, clear_azimuth(now.direction_deg))
+        x, (e, a) = _water_patches(now, box), np.radians([ELEVATION, clear_azimuth(now.direction_deg)])
+        viewer = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
         middle = x.mean(axis=1)
         before = np.all([~now.in_hull(middle), *((middle - h.r_C) @ viewer > 0 for h in now.hulls)], axis=0)
         for part, zorder in ((x[~before], 3.8), (x[before], 4.2)):
@@ -342,9 +335,6 @@ def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
     between = a + (b - a) * ((z - a[:, 2]) / (b[:, 2] - a[:, 2]))[:, None]
     between[:, 2] = z
     return np.insert(x, passed + 1, between, axis=0)
-
-
-# -- words -------------------------------------------------------------------------------------------------------------
 
 
 def _tension(now: Frame) -> str:

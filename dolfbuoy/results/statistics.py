@@ -50,9 +50,6 @@ class Run:
     seconds: float = np.nan
 
 
-# -- of the cases of a sweep -----------------------------------------------------------------------------------------
-
-
 def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     """One dataset over the dimension `case`: varied keys, status, and <quantity>_<statistic>."""
     keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
@@ -70,9 +67,6 @@ def _column(values: list[Any]) -> NDArray[Any]:
     if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
         return np.array(values)
     return np.array([v if isinstance(v, str) else json.dumps(v) for v in values], dtype=object)
-
-
-# -- of runs ---------------------------------------------------------------------------------------------------------
 
 
 def statistics(
@@ -126,21 +120,16 @@ def run_of(
     """Run of a record, or of the folder of one.  Raises InputError."""
     if isinstance(source, xr.Dataset):
         record, name = source, f"run {number}"
+    elif (Path(source) / "results.nc").is_file():
+        record, name = read(Path(source) / "results.nc"), str(source)
     else:
-        record, name = read_folder(Path(source)), str(source)
+        raise InputError(f"{source} is not the folder of a run: it has no results.nc.")
     try:
         scene, seconds = scene_of(record), record.attrs.get("wall_time_s", np.nan)
         with fitting(name):
             return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
-
-
-def read_folder(folder: Path) -> xr.Dataset:
-    """The record in the folder of a run.  Raises InputError."""
-    if not (folder / "results.nc").is_file():
-        raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
-    return read(folder / "results.nc")
 
 
 def set_of(scene: Scene) -> str:
@@ -317,18 +306,13 @@ def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], 
         (4, "gumbel_scale", of_run, ("set",)),
     ):
         data |= columns.variables({label: rows[:, which] for label, rows in found.items()}, ending, words, dims)
-    return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, list(_notes(reasons, len(sets)))
-
-
-def _notes(reasons: dict[str, list[tuple[int, str]]], sets: int) -> Iterator[str]:
-    """A sentence for each reason why something has no distribution."""
+    notes = []
     for reason, missing in reasons.items():
         where, labels = {k for k, _ in missing}, sorted({label for _, label in missing})
-        which = "" if sets == 1 else f" in {len(where)} of {sets} sets"
-        yield f"No most probable maximum of {HOURS:g} h{which} ({len(labels)} series, {labels[0]} first): {reason}."
-
-
-# -- of a life -------------------------------------------------------------------------------------------------------
+        part = f" in {len(where)} of {len(sets)} sets" if len(sets) > 1 else ""
+        what = f"No most probable maximum of {HOURS:g} h{part}"
+        notes.append(f"{what} ({len(labels)} series, {labels[0]} first): {reason}.")
+    return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, notes
 
 
 def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
@@ -402,7 +386,10 @@ def _row(
     """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
     damage = load = largest = math.nan
     if all(label in run.sample["cycles"] for _, mine in states for run in mine):
-        rate = sum(p * _rate(label, mine, fatigue) for p, mine in states)  # sum n S^m per second
+        rate = sum(  # sum n S^m per second
+            p * (sum(fatigue.power_sum(run.sample, label) for run in mine) / sum(r.sample["duration"] for r in mine))
+            for p, mine in states
+        )
         damage = rate * YEAR / fatigue.constant if fatigue.constant else math.nan
         load = (rate / fatigue.frequency) ** (1 / fatigue.exponent)
     try:
@@ -410,11 +397,6 @@ def _row(
     except InputError as error:
         reasons.append(f"No largest value of {years:g} years: {error}.")
     return damage, 1 / damage if damage > 0 else math.nan, load, largest
-
-
-def _rate(label: str, runs: list[Run], fatigue: Fatigue) -> float:
-    """sum n S^m per second of a sea state, over all its runs."""
-    return sum(fatigue.power_sum(run.sample, label) for run in runs) / float(sum(r.sample["duration"] for r in runs))
 
 
 def _largest(states: list[tuple[float, Gumbel, float]], years: float) -> float:

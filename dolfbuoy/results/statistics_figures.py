@@ -58,14 +58,12 @@ def _panels(statistics: xr.Dataset, needs: str) -> tuple[Figure, list[tuple[Any,
     grid = figure.subplots(rows, 2, squeeze=False).ravel()
     for spare in grid[len(series) :]:
         spare.remove()
-    shown = zip(grid, series, strict=False)
-    return figure, [(axes, name, *_label(label, one[f"{name}_maximum"]), one) for axes, (label, name, one) in shown]
-
-
-def _label(series: str, largest: xr.DataArray) -> tuple[str, float]:
-    """Name and unit of an axis, and the factor to that unit."""
-    unit, factor = unit_of(largest.values, largest.attrs["units"])
-    return f"{series.replace('_', ' ')} [{unit}]", factor
+    panels = []
+    for axes, (label, name, one) in zip(grid, series, strict=False):
+        largest = one[f"{name}_maximum"]
+        unit, factor = unit_of(largest.values, largest.attrs["units"])
+        panels.append((axes, name, f"{label.replace('_', ' ')} [{unit}]", factor, one))
+    return figure, panels
 
 
 def exceedance(statistics: xr.Dataset) -> Figure:
@@ -79,8 +77,14 @@ def exceedance(statistics: xr.Dataset) -> Figure:
             axes.plot(factor * peaks, share, ".", ms=3, color=PALETTE[k], label=label)
             _rayleigh(axes, statistics, name, k, factor, share.min(initial=1.0))
         axes.set(yscale="log", xlabel=text, ylabel="share of higher peaks")
+    return _with_legend(figure, panels)
+
+
+def _with_legend(figure: Figure, panels: list[tuple[Any, str, str, float, xr.Dataset]]) -> Figure:
+    """The figure with the legend of its first panel below, if there is one."""
     if panels:
-        handles = panels[0][0].get_legend_handles_labels()[0]
+        axes, *_, statistics = panels[0]
+        handles = axes.get_legend_handles_labels()[0]
         legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
     return figure
 
@@ -119,10 +123,7 @@ def extremes(statistics: xr.Dataset) -> Figure:
         for k in _sets(statistics):
             _gumbel_paper(axes, statistics, name, k, factor)
         axes.set(xlabel=f"largest {text}", ylabel="-ln(-ln P)")
-    if panels:
-        handles = panels[0][0].get_legend_handles_labels()[0]
-        legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
-    return figure
+    return _with_legend(figure, panels)
 
 
 def _gumbel_paper(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: float) -> None:
@@ -138,12 +139,8 @@ def _gumbel_paper(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: 
     ends = np.array([reduced[0], max(reduced[-1], rise)])
     axes.plot(factor * (found.location + found.scale * ends), ends, "-", lw=0.8, color=PALETTE[k])
     reach = factor * np.array([[estimate - low], [high - estimate]])
-    axes.errorbar(
-        factor * estimate, rise, xerr=reach, fmt="s", ms=4, mfc="none", capsize=3, color=PALETTE[k], label=_OF_3_H
-    )
-
-
-_OF_3_H = "most probable of 3 h, 95 %"
+    look = {"fmt": "s", "ms": 4, "mfc": "none", "capsize": 3, "color": PALETTE[k]}
+    axes.errorbar(factor * estimate, rise, xerr=reach, label="most probable of 3 h, 95 %", **look)
 
 
 def circle(statistics: xr.Dataset) -> Figure | None:

@@ -33,7 +33,12 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     network, lines = scene.network, parts_of(record, "cable")
     rows = [row for k, part in enumerate(lines) for row in _named(part, _of_line(part.record, *_ends(network, k)))]
-    rows += [row for part in parts_of(record, "buoy") for row in _named(part, _of_buoy(part.record))]
+    for part in parts_of(record, "buoy"):
+        z = part.record.buoy_position.sel(xyz="z")
+        places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
+        if "surface_elevation" in record:
+            places.append(_range("z of C over the water", z - part.record.surface_elevation, "m"))
+        rows += _named(part, [*places, *_declared(part.record, "buoy")])
     rows += _strength(lines)
     for name in network.bodies:
         place = record.joint_position.sel(joint=name)
@@ -140,14 +145,6 @@ def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, st
     return rows + _declared(record, "cable")
 
 
-def _of_buoy(record: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Rows of `summary` of a buoy."""
-    rows = [_range(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
-    if "surface_elevation" in record:
-        rows.append(_range("z of C over the water", record.buoy_position.sel(xyz="z") - record.surface_elevation, "m"))
-    return rows + _declared(record, "buoy")
-
-
 def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
     """Ranges of what is declared to be in the table of a run."""
     rows = []
@@ -157,9 +154,7 @@ def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
         values = record[quantity.name]
         values = (values.sel(xyz=quantity.component) if quantity.component else values).dropna("time")
         if values.size:
-            force = quantity.unit == "N"
-            unit, factor = force_unit(values) if force else (quantity.unit.replace("degree", "deg"), 1.0)
-            rows.append(_range(quantity.summary, values, unit, factor))
+            rows.append(_range(quantity.summary, values, *unit_of(values, quantity.unit.replace("degree", "deg"))))
     return rows
 
 
@@ -291,11 +286,10 @@ def _compressed(record: xr.Dataset, sections: list[Cable]) -> list[str]:
     ]
 
 
-def _unresolved_fold(record: xr.Dataset, section: Cable, corner: float = 90.0, short: float = 0.5) -> list[str]:
+def _unresolved_fold(record: xr.Dataset, section: Cable) -> list[str]:
     """Sentence about a fold that is smaller than the elements.
 
-    There neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
-    times its length.
+    There neighbouring elements turn by more than 90 degrees, or the ends of an element are nearer than half its length.
     """
     degree = section.position_degree
     ends = record.cable_position.values[..., ::degree, :]
@@ -303,8 +297,8 @@ def _unresolved_fold(record: xr.Dataset, section: Cable, corner: float = 90.0, s
     lengths = np.linalg.norm(chords, axis=-1)
     sizes = np.diff(record.s.values.ravel()[::degree])
     dots = (chords[..., 1:, :] * chords[..., :-1, :]).sum(axis=-1)
-    turned = dots < np.cos(np.radians(corner)) * lengths[..., 1:] * lengths[..., :-1]
-    bad = lengths < short * sizes
+    turned = dots < np.cos(np.radians(90.0)) * lengths[..., 1:] * lengths[..., :-1]
+    bad = lengths < 0.5 * sizes
     bad[..., 1:] |= turned
     bad[..., :-1] |= turned
     if not bad.any():

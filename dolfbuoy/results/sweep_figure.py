@@ -34,8 +34,14 @@ def draw(dataset: xr.Dataset) -> Figure:
             good = np.isfinite(mean.values[cases])
             cases = cases[good]
             place = x[good] + width * (k - (len(groups) - 1) / 2)
-            draw_group = _cloud if dataset.sizes["case"] > MOST_BARS else _bars
-            draw_group(axis, place, mean.values[cases], low.values[cases], high.values[cases], group)
+            middle, ends = mean.values[cases], (low.values[cases], high.values[cases])
+            if dataset.sizes["case"] > MOST_BARS:  # a picture, whose size and time do not grow with their number
+                (drawn,) = axis.plot(place, middle, ".", markersize=3, rasterized=True, label=group, zorder=3)
+                for end in ends:
+                    axis.plot(place, end, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
+            else:
+                reach = np.maximum([middle - ends[0], ends[1] - middle], 0.0)  # rounding of the mean
+                axis.errorbar(place, middle, reach, fmt="o", markersize=3.5, capsize=2.5, label=group)
         axis.set_ylabel(f"{text.replace('_', ' ')} [{mean.attrs['units']}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
@@ -43,18 +49,6 @@ def draw(dataset: xr.Dataset) -> Figure:
     title = dataset.attrs.get("title", "")
     figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)
     return figure
-
-
-def _bars(axis: Any, x: NDArray[Any], mean: NDArray[Any], low: NDArray[Any], high: NDArray[Any], label: str) -> None:
-    reach = np.maximum([mean - low, high - mean], 0.0)  # rounding of the mean
-    axis.errorbar(x, mean, reach, fmt="o", markersize=3.5, capsize=2.5, label=label)
-
-
-def _cloud(axis: Any, x: NDArray[Any], mean: Any, low: Any, high: Any, label: Any) -> None:
-    """Points as a picture, whose size and time do not grow with their number."""
-    (drawn,) = axis.plot(x, mean, ".", markersize=3, rasterized=True, label=label, zorder=3)
-    for ends in (low, high):
-        axis.plot(x, ends, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
 
 
 def _groups(dataset: xr.Dataset) -> tuple[str, list[tuple[str, NDArray[Any], NDArray[Any]]]]:

@@ -59,12 +59,10 @@ def show(title: str, rows: list[dict[str, Any]], columns: Mapping[str, str], not
 def markdown(title: str, rows: list[dict[str, Any]], columns: Mapping[str, str], notes: Iterable[str] = ()) -> str:
     """The same as markdown, without a title where that is empty."""
     headings, cells = _texts(rows, columns)
-    lines = [_line(headings), "|" + "---|" * len(headings), *map(_line, cells)]
+    escaped = [[cell.replace("|", "\\|").replace("\n", " ") for cell in line] for line in (headings, *cells)]
+    first, *rest = (f"| {' | '.join(line)} |" for line in escaped)
+    lines = [first, "|" + "---|" * len(headings), *rest]
     return "\n\n".join([*([f"## {title}"] if title else []), "\n".join(lines), *notes]) + "\n"
-
-
-def _line(cells: Iterable[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
 
 
 def _texts(rows: list[dict[str, Any]], columns: Mapping[str, str]) -> tuple[list[str], list[list[str]]]:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: A motion is drawn as planar if its width is below this share of its length.
 PLANAR = 0.02
+#: Frames whose shapes are shown, about.
+SHAPES = 13
 
 
 @figure_of("buoy_position", part="buoy")
@@ -184,11 +186,18 @@ def label_axes(axes: Any, horizontal: str, vertical: str) -> None:
 @figure_of("cable_position", part="cable")
 def shapes(record: xr.Dataset, scene: Scene) -> Figure:
     """Shapes of the cable from the side, coloured by time: over the last period, or over the run; water and bed."""
-    chosen = _chosen_frames(record.frame.values, period_of(scene))
-    t, x = record.frame.values[chosen], record.cable_position.values[chosen]
+    frames, period, first = record.frame.values, period_of(scene), 0
+    if period is not None and frames[-1] - frames[0] > period:
+        first = int(np.searchsorted(frames, frames[-1] - period * (1 + 1e-9)))
+    chosen = np.unique(np.linspace(first, len(frames) - 1, SHAPES).round().astype(int))
+    t, x = frames[chosen], record.cable_position.values[chosen]
     wide = widest(x)
     curves = x[:, :, [wide, 2]]
-    seen = np.concatenate([curves.reshape(-1, 2), *_levels(scene, curves)])
+    low, high = curves.min(axis=(0, 1)), curves.max(axis=(0, 1))
+    room, middle = 0.35 * (high - low).max(), (low[0] + high[0]) / 2
+    levels = (0.0, -scene.sea.depth) if scene.sea is not None else ()  # of still water and bed, if they are near
+    near = [[[middle, z]] for z in levels if low[1] - room <= z <= high[1] + room]
+    seen = np.concatenate([curves.reshape(-1, 2), *near])
     figure = new_figure(COLUMN, 0.75 + panel_height(seen, 2.3))
     axes = figure.subplots()
     pieces = [pieces_of(curve, whole_at(record, time)) for curve, time in zip(curves, t, strict=True)]
@@ -199,28 +208,15 @@ def shapes(record: xr.Dataset, scene: Scene) -> Figure:
     axes.plot(*curves[0, 0], "s", color=COLORS["ink"], ms=4)
     equal_axes(axes, seen)
     label_axes(axes, "xy"[wide], "z")
-    if scene.sea is not None and _draw_levels(axes, seen, *_bed_below(scene, x, wide)):
-        legend_above(axes, 2)
+    if scene.sea is not None:
+        ends = np.array([x.reshape(-1, 3).mean(axis=0)] * 2)
+        low, high = x[..., wide].min(), x[..., wide].max()
+        ends[:, wide] = 2 * low - high, 2 * high - low
+        if _draw_levels(axes, seen, ends[:, wide], height_of_bed(scene, ends)):
+            legend_above(axes, 2)
     if len(t) > 1:
         figure.colorbar(lines, ax=axes, label="time [s]", shrink=0.9, aspect=25)
     return figure
-
-
-def _levels(scene: Scene, curves: NDArray[Any]) -> list[list[list[float]]]:
-    """Heights of still water and bed, as points of the picture, where they are near enough to the cable to be shown."""
-    if scene.sea is None:
-        return []
-    low, high = curves.min(axis=(0, 1)), curves.max(axis=(0, 1))
-    room, x = 0.35 * (high - low).max(), (low[0] + high[0]) / 2
-    return [[[x, z]] for z in (0.0, -scene.sea.depth) if low[1] - room <= z <= high[1] + room]
-
-
-def _bed_below(scene: Scene, x: NDArray[Any], wide: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Ends (2,) and heights (2,) of the bed in the picture of the positions x, wide of what they take up."""
-    ends = np.array([x.reshape(-1, 3).mean(axis=0)] * 2)
-    low, high = x[..., wide].min(), x[..., wide].max()
-    ends[:, wide] = 2 * low - high, 2 * high - low
-    return ends[:, wide], height_of_bed(scene, ends)
 
 
 def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDArray[Any]) -> bool:
@@ -237,14 +233,6 @@ def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDA
             axes.axhline(heights[0], lw=1.2, label="sea bed", **style)
             axes.axhspan(2 * heights[0] - high, heights[0], color=COLORS["sand"], alpha=0.35, lw=0, zorder=0.5)
     return bool(high >= 0 or low <= heights.max())
-
-
-def _chosen_frames(frames: NDArray[Any], period: float | None, count: int = 13) -> Any:
-    """Numbers of about `count` frames, evenly over the last period if there is one, else over the run."""
-    first = 0
-    if period is not None and frames[-1] - frames[0] > period:
-        first = int(np.searchsorted(frames, frames[-1] - period * (1 + 1e-9)))
-    return np.unique(np.linspace(first, len(frames) - 1, count).round().astype(int))
 
 
 @figure_of("cable_tension", "cable_tension_maximum", "s_cell", part="cable")

@@ -332,9 +332,6 @@ def attached_ends(network: Network) -> list[tuple[int, int]]:
     return [end for ends in found.values() for end in ends]
 
 
-# -- what must be so ---------------------------------------------------------------------------------------------------
-
-
 def check_network(scene: "Scene") -> None:
     """Refuse what is no network: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
     network = scene.network

@@ -84,21 +84,17 @@ def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
     result = {name: _alone(value) if name in SEVERAL else value for name, value in copy.deepcopy(data).items()}
     for key, value in changes.items():
         names = key.replace("__", ".").split(".")
-        result = _merge(result, _without_name(result, names), copy.deepcopy(value))
+        table = result.get(names[0]) if names[0] in SEVERAL else None
+        # a key of the only cable or buoy, which may be called by its name, or counted
+        if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
+            del names[1]
+        result = _merge(result, names, copy.deepcopy(value))
     return result
 
 
 def _alone(value: Any) -> Any:
     """The table of a list of one."""
     return value[0] if _is_list_of_tables(value) and len(value) == 1 else value
-
-
-def _without_name(data: dict[str, Any], names: list[str]) -> list[str]:
-    """A key of the only cable or buoy, which may be called by its name, or counted."""
-    table = data.get(names[0]) if names[0] in SEVERAL else None
-    if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
-        return [names[0], *names[2:]]
-    return names
 
 
 NO_SECTION = "is not a section"

@@ -274,12 +274,10 @@ class Scene(Section):
 
     @property
     def cables(self) -> list[Line]:
-        """The tables of all cables."""
         return self.cable or []
 
     @property
     def buoys(self) -> list[Buoy]:
-        """The tables of all buoys."""
         return self.buoy or []
 
     def __eq__(self, other: object) -> bool:

@@ -104,9 +104,6 @@ def _check_determined(problem: Problem) -> None:
             )
 
 
-# -- buoys -------------------------------------------------------------------------------------------------------------
-
-
 def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
     """Buoys without cable float upright in still water; steady loads across would carry them away for ever."""
     calm, sea = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea if scene.gravity else None
@@ -126,12 +123,12 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
     return problem
 
 
-def let_turn(problem: Problem, rounds: int = 20) -> None:
+def let_turn(problem: Problem) -> None:
     """Find the yaw under lines off the axis: the spring that holds a buoy against turning about its axis goes away by
     and by; where that fails it turns in a damped motion."""
     if not any(end.fairlead for piece in problem.network.pieces for end in piece.ends):
         return
-    for _ in range(rounds):
+    for _ in range(20):
         before = problem.system.u.copy()
         for buoy in problem.buoys.values():
             buoy.reference.x.array[:] = before[buoy.part.slice]

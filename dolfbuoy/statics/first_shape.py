@@ -58,9 +58,6 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
     return scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
 
 
-# -- shapes ------------------------------------------------------------------------------------------------------------
-
-
 def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
     """Initial shape of each piece of line, a function s -> points (n, 3).  Raises InputError."""
     network = scene.network

@@ -112,7 +112,6 @@ class Rest:
 
     @cached_property
     def shapes(self) -> list[Shape]:
-        """Closed form of every piece."""
         return [self._shape(i) for i in range(len(self.network.pieces))]
 
     def _shape(self, i: int) -> Shape:

@@ -105,8 +105,6 @@ class Equations:
         force, slope = joint.load(np.asarray(position, float))
         return force + joint.push, slope
 
-    # -- unknowns ------------------------------------------------------------------------------------------------------
-
     @cached_property
     def slices(self) -> list[slice]:
         """Places of x, n, d and R in the vector of unknowns, and of their equations among the rows."""
@@ -131,17 +129,6 @@ class Equations:
             for joint in self.network.joints
         ]
         return np.array(guesses, float) / self.length_unit
-
-    def first_guess(self) -> Array:
-        """Each piece carried by its two ends."""
-        y = np.zeros(self.slices[-1].stop)
-        x, n, _, R = self.slices
-        y[x] = self.held[self.free].ravel()
-        y[n][2::3] = -self.w * self.L / 2
-        y[R] = 0.0 if self.network.floor is None else 0.1
-        return y
-
-    # -- equations -----------------------------------------------------------------------------------------------------
 
     def lying(self, d: Array, eps: float) -> Array:
         """Length l of every piece that lies, between 0 and L, from d."""
@@ -228,11 +215,13 @@ class Equations:
             return csc_matrix((entries, (rows, columns)), shape=(size, size))
         return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
 
-    # -- solution ------------------------------------------------------------------------------------------------------
-
     def solve(self) -> tuple[Array, Array, Array, Array]:
         """(positions, n at the start as given, lying lengths, ends), in SI units.  Raises SolveError."""
-        y, eps = self._follow(self.first_guess())
+        guess, (places, pulls, _, reactions) = np.zeros(self.slices[-1].stop), self.slices
+        guess[places] = self.held[self.free].ravel()
+        guess[pulls][2::3] = -self.w * self.L / 2  # each piece carried by its two ends
+        guess[reactions] = 0.0 if self.network.floor is None else 0.1
+        y, eps = self._follow(guess)
         positions, n, d, _ = self.split(y)
         lying, ends = self.lying(d, eps), positions[self.joint] + self.offset
         n[self.turned, 2] += (self.w * (self.L - lying))[self.turned]

@@ -110,8 +110,6 @@ class _Laying:
                 self.left[piece] = self.left.get(piece, 0.0) + rest
         return self.left != before
 
-    # -- what lies -----------------------------------------------------------------------------------------------------
-
     def _held_on_bed(self) -> dict[int, tuple[int, Array, GroundedLength]]:
         """Piece -> (end that is held on the bed, its place, lying part of the piece)."""
         found: dict[int, tuple[int, Array, GroundedLength]] = {}
@@ -136,8 +134,6 @@ class _Laying:
                 self.seen.add(k)
                 laid.onward.append(self._follow(k, i, lies))
         return laid
-
-    # -- tensions ------------------------------------------------------------------------------------------------------
 
     def _fall(self, laid: Laid) -> float:
         """Fall of the tension along what lies, towards its near end [N/m]."""
@@ -166,8 +162,6 @@ class _Laying:
         bodies = self.problem.bodies  # of the first rank
         pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
         return float(pressure * (self.mu + laid.along[2] / self.n[2]))
-
-    # -- places --------------------------------------------------------------------------------------------------------
 
     def _hold(self, laid: Laid, base: Array) -> None:
         """Friction holds on along a piece that was laid from `base` on, and along those onward."""

@@ -62,9 +62,6 @@ class Start(NamedTuple):
         return self.shapes[piece].position(s)[0], self.shapes[piece].force(s)[0] * (-1 if end else 1)
 
 
-# -- shapes that are given ---------------------------------------------------------------------------------------------
-
-
 def given_start(problem: Problem) -> Start:
     """Lines along initial.points, upright buoys at their ends.  Raises InputError."""
     scene, network = problem.scene, problem.network
@@ -75,9 +72,6 @@ def given_start(problem: Problem) -> Start:
         poses.setdefault(str(end.name), (point - mooring_offset(network.buoys[str(end.name)], end.fairlead), UPRIGHT))
     shapes = [still.Drawn(shape) for shape in given_shapes(scene, poses)]
     return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
-
-
-# -- closed forms ------------------------------------------------------------------------------------------------------
 
 
 def closed_form(problem: Problem, easier: Callable[[still.Network], still.Network] = lambda network: network) -> Start:
@@ -172,9 +166,6 @@ def _overturns(start: Start, name: str) -> bool:
     ends = [(k, i, network.pieces[k].ends[i]) for k, i in attached_ends(network)]
     offsets = [(k, i, mooring_offset(network.buoys[name], e.fairlead)[2]) for k, i, e in ends if e.name == name]
     return bool(sum(start.end(k, i)[1][2] * offset for k, i, offset in offsets) < 0)
-
-
-# -- joints and uniform pieces -----------------------------------------------------------------------------------------
 
 
 def still_network(problem: Problem, poses: dict[str, Array] | None = None, pressure: Any = 0.0) -> still.Network:

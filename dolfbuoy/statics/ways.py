@@ -103,9 +103,6 @@ def march(problem: Problem, set_fraction: Callable[[float], None], smallest: flo
             set_fraction(1.0)
 
 
-# -- the ways ----------------------------------------------------------------------------------------------------------
-
-
 def newton(problem: Problem) -> None:
     """From the start at once."""
     problem.iterations += problem.newton.solve()

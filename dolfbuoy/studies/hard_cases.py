@@ -57,16 +57,13 @@ def cases(only: str | None = None, slow: bool = False) -> list[Row]:
     chosen = [name for name in known if (name.startswith(only) if only else slow or name not in dear)]
     if not chosen:
         raise InputError(f"--only {only}: no case is called so; there are {', '.join(known)}.")
-    return [
-        {"study": "hard-cases", "name": name, "test": known[name].nodeid, "tests": digest} | _words(known[name])
-        for name in chosen
-    ]
-
-
-def _words(item: Any) -> dict[str, str]:
-    asked, _, must_show = " ".join((inspect.getdoc(item.function) or "").split()).partition(" Must show: ")
-    group = item.path.stem.removeprefix("test_hard_")
-    return {"group": group, "asked": asked.rstrip("."), "must_show": must_show.rstrip(".")}
+    found: list[Row] = []
+    for name, item in ((name, known[name]) for name in chosen):
+        asked, _, must_show = " ".join((inspect.getdoc(item.function) or "").split()).partition(" Must show: ")
+        case = {"study": "hard-cases", "name": name, "test": item.nodeid, "tests": digest}
+        words = {"group": item.path.stem.removeprefix("test_hard_"), "asked": asked.rstrip(".")}
+        found.append(case | words | {"must_show": must_show.rstrip(".")})
+    return found
 
 
 def evaluate(case: Row) -> Row:

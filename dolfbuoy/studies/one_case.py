@@ -56,7 +56,12 @@ def evaluate(
             found["sample"] = sample_of(record, scene, bins=BINS)
         found["cut"] = cautions.cut(record, scene)
         if scene.accuracy is not None and scene.accuracy.estimate != "none":
-            _put_bars(found["statistics"], record, scene, deadline)
+            try:
+                companion: xr.Dataset | SolveError = run(companion_of(scene), None, deadline)
+            except SolveError as error:
+                companion = error
+            for label, bars in by_label(dataset_of(*bars_of(record, scene, companion), scene)).items():
+                found["statistics"].get(label, {}).update(bars)
         if keep is not None and folder is not None:
             _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
@@ -78,16 +83,6 @@ def _keep(folder: Path, place: Path, changes: Row) -> None:
     for file in list(folder.iterdir()):
         os.replace(file, place / file.name)
     folder.rmdir()
-
-
-def _put_bars(statistics: Row, record: xr.Dataset, scene: Scene, deadline: float) -> None:
-    """Add the error bars to the statistics."""
-    try:
-        companion: xr.Dataset | SolveError = run(companion_of(scene), None, deadline)
-    except SolveError as error:
-        companion = error
-    for label, numbers in by_label(dataset_of(*bars_of(record, scene, companion), scene)).items():
-        statistics.get(label, {}).update(numbers)
 
 
 def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:

@@ -65,18 +65,15 @@ def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outc
         if table.name:
             save(folder, table)
     if tables:
-        _show(folder, [table for table in tables if table.columns is not None])
+        texts = []
+        for t in (table for table in tables if table.columns is not None):
+            show(t.title.replace("{folder}", str(folder)), t.rows, t.columns or {}, t.notes)
+            title = t.title.replace("; {folder}", "").strip()  # tables.md may travel: without names of folders
+            texts.append(markdown(title, t.rows, t.columns or {}, t.notes))
+        enlist(folder, [Path(folder) / "tables.md"], "study")
+        write_text(Path(folder) / "tables.md", "\n".join(texts))
     passed = MPI.COMM_WORLD.bcast(all(table.passed for table in tables))
     return Outcome({table.name: table.rows for table in tables if table.name}, passed)
-
-
-def _show(folder: Path, tables: list[Table]) -> None:
-    """Show tables, and write them to tables.md, which may travel: without names of folders."""
-    for t in tables:
-        show(t.title.replace("{folder}", str(folder)), t.rows, t.columns or {}, t.notes)
-    texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns or {}, t.notes) for t in tables]
-    enlist(folder, [Path(folder) / "tables.md"], "study")
-    write_text(Path(folder) / "tables.md", "\n".join(texts))
 
 
 def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, **options: Any) -> bool:

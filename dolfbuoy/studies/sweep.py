@@ -78,7 +78,6 @@ class Part:
         return cls(int(found[1]), int(found[2]))
 
     def of_all(self, cases: list[Row]) -> list[Row]:
-        """Those of the part."""
         return cases[self.number - 1 :: self.of]
 
     @property

@@ -207,7 +207,7 @@ def test_other_bad_options_are_refused():
     with pytest.raises(InputError, match="--cells"):
         settings.parse_numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
-        study.parse_schemes("bdf2,euler")
+        study.request(DRIVEN, None, None, None, "bdf2,euler", None, None, "1e-9", 1)
     for text in ("none", "1e-9,2", "x"):
         with pytest.raises(InputError, match="--newton"):
             study.request(DRIVEN, None, None, None, None, None, None, text, 1)

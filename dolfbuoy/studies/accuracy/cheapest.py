@@ -38,6 +38,7 @@ from ...scene.settings import (
 )
 from ..one_case import run
 from ..study import Row, Table, save
+from .pilot import meshes, moderate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,13 +116,9 @@ class Pilot:
         self.whole, self.accuracy = scene, accuracy
         self.scene = shortened(scene, periods=4)
         self.newton = min(OF_NEWTON * accuracy, LOOSEST)
-        own, pieces = space_of(scene), len(scene.network.pieces)
         time, period = check_time(self.scene), period_of(scene)
         self.first = min(period / FIRST, time.end / FIRST) if period else min(8 * time.step, time.end / FIRST)
-        self.mesh = own
-        if own.mu:
-            cells = min(max(own.mu * own.cells // (2 * pieces), 4), 20)
-            self.mesh = fitting(scene, Space(2, 1, cells * pieces))
+        self.mesh = moderate(scene)
         self.rows: list[Row] = []
         self.in_time: dict[str, Share] = {}
         self.in_space: dict[tuple[int, int], Share] = {}
@@ -145,13 +142,11 @@ class Pilot:
             )
         scheme, dearest = min(known, key=lambda name: self.in_time[name].error[0]), math.inf
         for (mu, nu), (order, fewest) in PAIRS.items() if self.mesh.mu else ():
-            ways = [(self._of_each(mu, nu, fewest * 2**k), steps[scheme], scheme) for k in range(LEVELS)]
+            cells = [fewest * 2**k * len(self.whole.network.pieces) for k in range(LEVELS)]
+            ways = [(fitting(self.whole, Space(mu, nu, n)), steps[scheme], scheme) for n in cells]
             points, seconds = self._refined(ways, dearest)
             dearest = min(dearest, DEARER * seconds)
             self.in_space[mu, nu] = Share(((1 / cells, share) for cells, share in points.items()), order)
-
-    def _of_each(self, mu: int, nu: int, cells: int) -> Space:
-        return fitting(self.whole, Space(mu, nu, cells * len(self.whole.network.pieces)))
 
     def _refined(self, ways: list[tuple[Space, float, str]], dearest: float) -> tuple[dict[float, float], float]:
         """({step or number of elements: share}, seconds of the finest run), each run the companion of the next.
@@ -203,7 +198,9 @@ class Pilot:
         worse: how many times larger shares were than predicted, by pair and scheme; others: of those not tried.
         """
         best: dict[tuple[str, str], Choice] = {}
-        for space, of_space in self._spaces():
+        # 2 % of difference in the number of elements matter to no one
+        spaces = meshes(self.whole, self.in_space, 8, 1.12) if self.mesh.mu else [(self.mesh, 0.0)]
+        for space, of_space in spaces:
             for scheme, curve in self.in_time.items():
                 factor = worse.get((space.pair, scheme), others)
                 room = AIM / factor - of_space
@@ -217,19 +214,6 @@ class Pilot:
                 if choice.family not in best or seconds < best[choice.family].seconds:
                     best[choice.family] = choice
         return sorted(best.values(), key=lambda choice: choice.seconds)
-
-    def _spaces(self) -> list[tuple[Space, float]]:
-        """Meshes, and their shares; 2 % of difference in the number of elements matter to no one."""
-        if not self.mesh.mu:
-            return [(self.mesh, 0.0)]
-        found = []
-        for (mu, nu), curve in self.in_space.items():
-            if len(curve.x):
-                low, high = 1 / curve.x[-1], 8 / curve.x[0]
-                sizes = sorted({round(low * 1.12**k) for k in range(80) if low * 1.12**k <= high})
-                spaces = dict.fromkeys(fitting(self.whole, Space(mu, nu, n)) for n in sizes)
-                found += [(space, curve(1 / space.cells)) for space in spaces]
-        return found
 
 
 def asked(scene: Scene, of: list[str], accuracy: float) -> Scene:

@@ -45,9 +45,6 @@ ZERO = 1e-13
 FLOOR = 1e-14  # where the figure draws a zero
 
 
-# -- states ------------------------------------------------------------------------------------------------------------
-
-
 #: Inextensible cables of L = 1 from the origin, the first two with w = 1.
 STATES = {
     "catenary": catenary.between((0, 0, 0), (0.8, 0, 0), 1.0, 1.0, math.inf),
@@ -72,9 +69,6 @@ def continuous_constant(state: str, end: str) -> float:
         return 1.0
     largest = np.linalg.eigvalsh(mean_tangent_product(STATES[state]))[-1]
     return math.sqrt(max(1 - largest, 0.0)) if largest < 1 - 1e-12 else 0.0
-
-
-# -- discrete constant -------------------------------------------------------------------------------------------------
 
 
 def newton_matrix(state: str, mu: int, nu: int, elements: int) -> tuple[Array, Array, Array, Array]:
@@ -135,9 +129,6 @@ def cases(
     return [dict(zip(keys, ("inf-sup", state, *p, n), strict=True)) for state in states for p in pairs for n in sizes]
 
 
-# -- words -------------------------------------------------------------------------------------------------------------
-
-
 def verdict(rows: list[Row], end: str) -> tuple[str, float | None]:
     """("stable" | "decays" | "spurious", observed power of h) of the rows of one state and pair.
 
@@ -185,8 +176,6 @@ def notes(rows: list[Row]) -> list[str]:
         "Why, and what fixed ends and unresolved folds do: Stable pairs in dolfbuoy/studies/README.md.",
     ]
 
-
-# -- output ------------------------------------------------------------------------------------------------------------
 
 _COLOR = dict(zip(DEGREES, PALETTE, strict=False))
 _SIZE = {1: 8, 2: 6, 3: 4, 4: 2}
@@ -246,10 +235,8 @@ def study(folder: Path) -> list[Table]:
     rows = evaluate_all(evaluate, cases(), folder, itemgetter("mu", "nu"))
     if rows is None:
         return []
-    messages, title = (
-        notes(rows),
-        f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L",
-    )
+    messages = notes(rows)
+    title = f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L"
     return [
         Table("inf-sup", rows, notes=messages, figure=figure(rows)),
         Table("inf-sup-summary", summary(rows), title, COLUMNS, messages),

@@ -9,7 +9,7 @@ the sum of the errors, between the measurements by powers (observed orders); the
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -65,18 +65,11 @@ class Pilot:
         period, end = settings.period_of(self.scene), time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
         self.first_step = min(largest, end / 50)
-        own, self.pieces = settings.space_of(self.scene), len(self.scene.network.pieces)
-        self.mesh = own
-        if own.mu:
-            self.mesh = self._of_each((2, 1), min(max(own.mu * own.cells // (2 * self.pieces), 4), 20))
+        self.mesh, self.pieces = moderate(self.scene), len(self.scene.network.pieces)
         self.time_curves: dict[tuple[str, bool], Curve] = {}
         self.space_curves: dict[tuple[int, int], Curve] = {}
         self.newton, self.of_newton, self.work_of_newton = settings.NEWTON, 0.0, 1.0
         self.rows: list[Row] = []
-
-    def _of_each(self, pair: tuple[int, int], cells: int) -> Space:
-        """So many elements for each piece of line in the mean."""
-        return settings.fitting(self.scene, Space(*pair, cells * self.pieces))
 
     def run(self, space: Space, stepping: Stepping) -> Run | None:
         """The run with these settings; None if it fails."""
@@ -186,7 +179,8 @@ class Pilot:
             return
 
         def doubled(pair: tuple[int, int], first: int, count: int) -> list[tuple[Space, Stepping]]:
-            return [(self._of_each(pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
+            cells = (first * 2**k * self.pieces for k in range(count))
+            return [(settings.fitting(self.scene, Space(*pair, n)), Stepping(ALPHA, self.step)) for n in cells]
 
         points, truth, self.own_space = self.refine(doubled((3, 2), 2, 7), "in space", 3)
         self.best, found = points[-1][0][0], {(3, 2): points}
@@ -208,8 +202,6 @@ class Pilot:
                 self.newton, self.of_newton, self.work_of_newton = newton, error, _work(run) / _work(truth)
                 self._keep("Newton", [((self.mesh, stepping), error)])
                 return
-
-    # -- cost
 
     def second_per_work(self, space: Space) -> float:
         """CPU seconds of a unit of work, linear in the cells of a pair."""
@@ -239,8 +231,6 @@ class Pilot:
         load = sum(run.wall for run in done) / sum(run.cpu for run in done)
         whole, part = (scene.time.end if scene.time else 1.0 for scene in (self.whole, self.scene))
         return float(work * whole / part * self.second_per_work(space) * max(load, 1.0))
-
-    # -- candidates
 
     def predicted(self, space: Space, stepping: Stepping) -> float:
         """Error of these settings; inf where the pilot has no curve."""
@@ -273,14 +263,30 @@ class Pilot:
     def _spaces(self, target: float) -> list[tuple[Space, float]]:
         if not self.mesh.mu:
             return [(self.mesh, 0.0)]
-        found = []
-        for pair, curve in self.space_curves.items():
-            if len(curve.x):
-                low, high = round(1 / curve.x[-1]), round(2 / curve.x[0])
-                sizes = sorted({round(low * 1.15**k) for k in range(60) if low * 1.15**k <= high})
-                spaces = dict.fromkeys(settings.fitting(self.scene, Space(*pair, n)) for n in sizes)
-                found += [(space, curve(1 / space.cells)) for space in spaces]
+        found = meshes(self.scene, self.space_curves, 2, 1.15)
         return [(space, error) for space, error in found if error < target]
+
+
+def moderate(scene: Scene) -> Space:
+    """Mesh of P2-P1 on which schemes are compared; the scene's own without a line."""
+    own, pieces = settings.space_of(scene), len(scene.network.pieces)
+    if not own.mu:
+        return own
+    return settings.fitting(scene, Space(2, 1, min(max(own.mu * own.cells // (2 * pieces), 4), 20) * pieces))
+
+
+def meshes(
+    scene: Scene, curves: Mapping[tuple[int, int], Curve], finer: int, ratio: float
+) -> list[tuple[Space, float]]:
+    """Meshes of each pair with their errors, from the coarsest that was measured to `finer` times the finest."""
+    found = []
+    for pair, curve in curves.items():
+        if len(curve.x):
+            low, high = round(1 / curve.x[-1]), round(finer / curve.x[0])
+            sizes = sorted({round(low * ratio**k) for k in range(80) if low * ratio**k <= high})
+            spaces = dict.fromkeys(settings.fitting(scene, Space(*pair, n)) for n in sizes)
+            found += [(space, curve(1 / space.cells)) for space in spaces]
+    return found
 
 
 def _work(run: Run) -> int:

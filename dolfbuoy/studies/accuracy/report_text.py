@@ -115,9 +115,6 @@ def scheme_rows(facts: Row) -> list[Row]:
     return flat
 
 
-# -- what follows ------------------------------------------------------------------------------------------------------
-
-
 def _cheapest(lines: list[Row], key: str) -> tuple[Row | None, list[Row]]:
     """The scheme or pair that reaches an accuracy in the least time, and the others that reach it."""
     able = [line for line in lines if line[key]]
@@ -196,8 +193,6 @@ def _plain(number: float) -> str:
     """Two digits, without powers of ten."""
     return f"{float(f'{number:.2g}'):g}"
 
-
-# -- report.md ---------------------------------------------------------------------------------------------------------
 
 FRONT = {"settings": "Pareto front", "wall": "time [s]", "error": "top tension, rms", "max_error": "its maximum"}
 STATIC = {"pair": "pair", "r_L2": "r, L2", "order_r_L2": "order", "T_L2": "T, L2", "order_T_L2": "order"}
@@ -281,8 +276,6 @@ def _extremes(scene: Row) -> str:
     where = f"`{scene['name']}` until {end:g} s on its own elements: {steps}"
     return f"{where}, after the ramp; differences relative to the range.\n\n{table_of('', rows, EXTREMES)}"
 
-
-# -- figure ------------------------------------------------------------------------------------------------------------
 
 _LOOKS = {BE: ("red", "s"), BDF2: ("blue", "o"), ALPHA: ("green", "^")}
 

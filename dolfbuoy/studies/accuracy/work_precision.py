@@ -59,12 +59,14 @@ def request(
         raise InputError(f"--newton {newton}: must be numbers below 1.")
     if t_end is not None and not t_end > settings.ramp_of(whole):
         raise InputError(f"--t-end {t_end:g}: must be after the ramp, which ends at {settings.ramp_of(whole):g} s.")
+    if schemes and not set(schemes.split(",")) <= set(SCHEMES):
+        raise InputError(f"--schemes {schemes}: must be some of {', '.join(SCHEMES)}, with commas.")
     return {
         "scene": settings.shortened(whole, t_end, periods=4),
         "largest": settings.largest_step(whole),
         "pairs": parse_pairs(pairs),
         "cells": settings.parse_numbers("--cells", cells, int),
-        "schemes": parse_schemes(schemes),
+        "schemes": schemes.split(",") if schemes else None,
         "steps": settings.parse_numbers("--steps", steps),
         "tolerances": tolerances,
         "newton": newton,
@@ -74,12 +76,10 @@ def request(
 
 def default_steps(scene: Scene) -> list[float]:
     """From a fiftieth of the period down to a 500th, or from the scene's step up."""
-    period = settings.period_of(scene)
-    steps = (
-        [period / n for n in (500, 250, 100, 50)]
-        if period
-        else [settings.check_time(scene).step * n for n in (1, 2, 5, 10)]
-    )
+    if period := settings.period_of(scene):
+        steps = [period / n for n in (500, 250, 100, 50)]
+    else:
+        steps = [settings.check_time(scene).step * n for n in (1, 2, 5, 10)]
     return [float(f"{step:.2g}") for step in steps]
 
 
@@ -113,17 +113,6 @@ def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
     if not good:
         raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
     return pairs
-
-
-def parse_schemes(text: str | None) -> list[str] | None:
-    """Names with commas; raises InputError."""
-    schemes = text.split(",") if text else None
-    if schemes and not set(schemes) <= set(SCHEMES):
-        raise InputError(f"--schemes {text}: must be some of {', '.join(SCHEMES)}, with commas.")
-    return schemes
-
-
-# -- cases -------------------------------------------------------------------------------------------------------------
 
 
 def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path) -> list[Row]:
@@ -180,9 +169,6 @@ def evaluate(case: Row) -> Row:
         found = reference.error(run, name)
         result |= {f"error_{name}": found.rms, f"max_error_{name}": found.maximum}
     return result
-
-
-# -- judgement ---------------------------------------------------------------------------------------------------------
 
 
 def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict[str, Error]]:
@@ -299,8 +285,6 @@ def shown(row: Row, name: str, which: str = "") -> str:
     return percent(bound) if error == bound else f"< {percent(bound)}"
 
 
-# -- figure ------------------------------------------------------------------------------------------------------------
-
 _MARKERS = dict(zip(SCHEMES, itertools.cycle("so^vDP")))
 
 
@@ -348,9 +332,6 @@ def _panel(axes: Any, rows: list[Row], name: str, reference_error: float, colors
     plain_ticks(axes)
 
 
-# -- the study ---------------------------------------------------------------------------------------------------------
-
-
 COLUMNS = {"quantity": "quantity", "settings": "settings", "wall": "time [s]"}
 COLUMNS |= {"error": "error", "max_error": "of maximum"}
 
@@ -370,8 +351,7 @@ def study(
 
     more: largest, of adaptive steps; newton, its tolerances.
     """
-    if scene.time is None:
-        raise InputError("time: must be given, a run needs at least its keys end and step.")
+    end = settings.check_time(scene).end
     if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or default_steps(scene)
@@ -385,7 +365,7 @@ def study(
         return []
     rows, own = judged(found, scene, check, fine)
     messages = notes(rows, own, references[1], MPI.COMM_WORLD.size)
-    title = f"Pareto front: error and time until t = {scene.time.end:g} s; {{folder}}"
+    title = f"Pareto front: error and time until t = {end:g} s; {{folder}}"
     return [
         Table("work-precision", rows, scene.title, notes=messages, figure=draw(rows, own)),
         Table("work-precision-front", front_rows(rows, list(own)), title, COLUMNS, messages),

@@ -91,9 +91,14 @@ def _case(scene: Scene, files: dict[str, str], mode: str, name: str, choice: Row
 
 
 def evaluate(case: Row) -> Row:
-    """Changes and costs against the base, or the reason why a scene cannot be.  The run of a base goes to
-    `file`."""
-    scene, files, base = load_scene(case["scene"]), case["files"], case["base"]
+    """Changes and costs against the base, or the reason why a scene cannot be.  The run of a base goes to `file`.
+
+    "components": costs alone, with no more components of the sea than its crests need, next to the full scene.
+    """
+    scene = load_scene(case["scene"])
+    if "components" in case:
+        return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
+    files, base = case["files"], case["base"]
     names = acc.quantities_of(scene)
     try:
         if files and not Path(files[base]).is_file():
@@ -138,12 +143,6 @@ def side_by_side(base: Scene, changed: Scene) -> Row:
     finally:
         for simulation in pair:
             simulation.problem.destroy()
-
-
-def evaluate_components(case: Row) -> Row:
-    """Costs with no more components of the sea than its crests need, next to the full scene."""
-    scene = load_scene(case["scene"])
-    return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
 
 
 def largest(row: Row, names: Sequence[str], prefix: str = "change_") -> tuple[float, str]:
@@ -210,16 +209,21 @@ def questions(rows: list[Row], names: Sequence[str]) -> list[Table]:
         why = [f"{row['effect']} ({mode}): {row['reason']}" for row in shown if row["reason"]]
         title = f"\nWhat changes when {when}: rms / maximum [%]"
         shown = [r | {"effect": "all in vain at once"} if r["mode"] == "together" else r for r in shown]
-        tables += [
-            Table("", [_changes(row, names) for row in shown], title, heads, why),
-            Table("", [_costs(row) for row in shown], f"\nWhat a step costs {compared}", COSTS),
-        ]
+        lines = [_shown(row, names) for row in shown]
+        costs = f"\nWhat a step costs {compared}"
+        tables += [Table("", lines, title, heads, why), Table("", lines, costs, COSTS)]
     return tables
 
 
-def _changes(row: Row, names: Sequence[str]) -> Row:
-    shares = {n: f"{_share(row[f'change_{n}'])} / {_share(row[f'max_change_{n}'])}" for n in names if not row["reason"]}
-    return {"effect": row["effect"]} | (shares or dict.fromkeys(names, "impossible"))
+def _shown(row: Row, names: Sequence[str]) -> Row:
+    """Changes and costs of a row as text."""
+    line = {"effect": row["effect"]}
+    if row["reason"]:
+        return line | dict.fromkeys(names, "impossible")
+    line |= {n: f"{_share(row[f'change_{n}'])} / {_share(row[f'max_change_{n}'])}" for n in names}
+    line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}
+    milliseconds = 1e3 * (row["step_time"] - row["base_step_time"])
+    return line | {"time": f"{milliseconds:+.2f} ({100 * row['time_ratio'] - 100:+.0f} %)"}
 
 
 def _share(change: float) -> str:
@@ -227,15 +231,6 @@ def _share(change: float) -> str:
     if 0 < change < 1e-4:
         return "<0.01"
     return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
-
-
-def _costs(row: Row) -> Row:
-    line = {"effect": row["effect"]}
-    if not row["reason"]:
-        line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}
-        milliseconds = 1e3 * (row["step_time"] - row["base_step_time"])
-        line["time"] = f"{milliseconds:+.2f} ({100 * row['time_ratio'] - 100:+.0f} %)"
-    return line
 
 
 def draw(rows: list[Row], names: Sequence[str], threshold: float) -> Figure:
@@ -292,7 +287,7 @@ def compute(folder: Path, scene: Scene, threshold: float) -> list[Row] | None:
     case = {"study": "effects", "mode": "components", "components": needed, "scene": scene.to_dict()}
     waves: Any = scene.waves
     enough = needed and needed < waves.components
-    fewer = evaluate_all(evaluate_components, [case] if enough else [], folder)
+    fewer = evaluate_all(evaluate, [case] if enough else [], folder)
     return None if rows is None or fewer is None else rows + fewer
 
 

@@ -85,15 +85,6 @@ def _floating(scene: Scene, pull: float = 0.0) -> Floating | None:
         return None
 
 
-def held_as(scene: Scene, held: str) -> Scene:
-    """The scene "moored" as it is, or its buoy "free" in still water."""
-    free = {"cable": None, "joint": None, "seabed": None, "initial": Initial()}
-    return scene if held == "moored" else adrift_nowhere(scene).model_copy(update=free)
-
-
-# -- cases -------------------------------------------------------------------------------------------------------------
-
-
 def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capytaine: Path | None = None) -> list[Row]:
     """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
 
@@ -113,10 +104,14 @@ def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capy
 
 
 def evaluate(case: Row) -> Row:
-    """The rows that the case's part finds; a reason if its solve fails."""
-    part = {"hydrostatics": _hydrostatics, "response": _response, "run": _run, "flow": _flow}[case["part"]]
+    """The rows that the case's part finds, of the scene "moored" or its buoy "free" in still water; a reason if its
+    solve fails."""
+    scene = load_scene(case["scene"])
+    if case["held"] == "free":
+        free = {"cable": None, "joint": None, "seabed": None, "initial": Initial()}
+        scene = adrift_nowhere(scene).model_copy(update=free)
     try:
-        return part(held_as(load_scene(case["scene"]), case["held"]), case)
+        return PARTS[case["part"]](scene, case)
     except SolveError as error:
         return {"reason": str(error)}
 
@@ -191,9 +186,7 @@ def _stability(levers: list[Row]) -> Row:
     return {"vanishing": vanishing, "largest": float(lever[top]), "heel_of_largest": float(heel[top])}
 
 
-# -- tables ------------------------------------------------------------------------------------------------------------
-
-PARTS = ("hydrostatics", "response", "run", "flow")
+PARTS = {"hydrostatics": _hydrostatics, "response": _response, "run": _run, "flow": _flow}
 NATURAL_TITLE = "\nNatural periods about the equilibrium, of the modes with most of their energy in a motion"
 RUNS_TITLE = "\nRuns in time (BDF2, small waves), and how far the linear response is from them, as complex numbers"
 RESONANCE = (
@@ -252,17 +245,19 @@ def study(
     ]
     heads = {"quantity": "", "unit": ""} | {held: held for held in numbers}
     stability = draw_levers(levers, {held: found["GM"] for held, found in numbers.items()})
+    hull: Any = shape_of(_buoy(scene))
+    shortest = 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / (hull.max_diameter / 2))  # in deep water
     title = "The hull upright, moored under the vertical pull of its cable; {folder}\n"
     tables = [
         Table("hull", at_rest, title, heads, failed),
         Table("hull-righting", levers, figure=stability),
         Table("hull-periods", natural, NATURAL_TITLE, NATURAL, _unheld(scene)),
-        Table("hull-response", linear, figure=draw_responses(linear, checked, flows, _shortest(scene))),
+        Table("hull-response", linear, figure=draw_responses(linear, checked, flows, shortest)),
         Table("", [row for row in linear if row["period"] == int(row["period"])], columns=RESPONSE),
     ]
     tables[-1].title = f"\nResponse to small waves towards {direction:g} degrees, per metre of amplitude"
     tables[-1].notes = [
-        f"Below {_shortest(scene):.2g} s k R is above {LARGEST_KR:g}: strips are 20 to 100 % off there.",
+        f"Below {shortest:.2g} s k R is above {LARGEST_KR:g}: strips are 20 to 100 % off there.",
         "Phases: by which the motion of C comes after the elevation above its place at rest; pitch turns the top along "
         "the waves; pitch/slope is -1 where the hull follows the water.",
         "No wave is radiated but by buoy.wave_damping, and drag is linear about the mean current: in still water peaks "
@@ -278,12 +273,6 @@ def study(
     return tables
 
 
-def _shortest(scene: Scene) -> float:
-    """Period below which k R is more than LARGEST_KR, in deep water [s]."""
-    shape: Any = shape_of(_buoy(scene))
-    return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / (shape.max_diameter / 2))
-
-
 def _unheld(scene: Scene) -> list[str]:
     """Why a buoy that has a cable is not looked at without it."""
     free = _floating(scene)
@@ -293,8 +282,6 @@ def _unheld(scene: Scene) -> list[str]:
         return ["Without its cable this buoy is not looked at: it sinks."]
     return [f"Without its cable this buoy is not looked at in waves: it does not float upright (GM {free.GM:.3g} m)."]
 
-
-# -- figures -----------------------------------------------------------------------------------------------------------
 
 COLOR = {"moored": COLORS["blue"], "free": COLORS["red"]}
 PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "pitch / slope of the wave"}
@@ -308,13 +295,14 @@ def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest
     figure = new_figure(PAGE, 4.2)
     panels = figure.subplots(2, 3, sharex=True)
     for (name, title), (top, below) in zip(PANELS.items(), panels.T, strict=True):
+        phase = name.split("_")[0]  # motion with its phase below a panel
         for held, rows in groups(linear, "held").items():
-            period, phases = ([row[key] for row in rows] for key in ("period", f"{_motion(name)}_phase"))
+            period, phases = ([row[key] for row in rows] for key in ("period", f"{phase}_phase"))
             top.plot(period, [row[name] for row in rows], color=COLOR[held], label=held)
             broken = np.abs(np.diff(phases, prepend=phases[0])) > 170  # at an undamped peak, or from side to side
             below.plot(period, np.where(broken, np.nan, phases), color=COLOR[held])
-            _mark(top, below, name, [row for row in runs if row["held"] == held], "run", COLOR[held])
-        _mark(top, below, name, flow, "flow", COLORS["ink"])
+            _mark(top, below, name, phase, [row for row in runs if row["held"] == held], "run", COLOR[held])
+        _mark(top, below, name, phase, flow, "flow", COLORS["ink"])
         values = [row[name] for row in linear if row["period"] >= shortest] or [row[name] for row in linear]
         if values:  # no higher than thrice what is usual: undamped peaks have no height
             top.set_ylim(0, 1.08 * min(max(values), 3 * float(np.median(values))))
@@ -331,7 +319,7 @@ def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest
     return figure
 
 
-def _mark(top: Any, below: Any, name: str, rows: list[Row], source: str, color: str) -> None:
+def _mark(top: Any, below: Any, name: str, phase: str, rows: list[Row], source: str, color: str) -> None:
     """Points of runs or of potential flow, if there are any."""
     if not rows:
         return
@@ -339,12 +327,7 @@ def _mark(top: Any, below: Any, name: str, rows: list[Row], source: str, color: 
     style = {"ls": "", "marker": marker, "color": color, "mfc": "none", "ms": 5, "label": label}
     period = [row["period"] for row in rows]
     top.plot(period, [row[f"{name}_{source}"] for row in rows], **style)
-    below.plot(period, [row[f"{_motion(name)}_{source}_phase"] for row in rows], **style)
-
-
-def _motion(name: str) -> str:
-    """Motion with its phase below a panel."""
-    return name.split("_")[0]
+    below.plot(period, [row[f"{phase}_{source}_phase"] for row in rows], **style)
 
 
 def draw_levers(levers: list[Row], GM: dict[str, float]) -> Figure:
