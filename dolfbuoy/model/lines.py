@@ -26,7 +26,7 @@ from .kinematics import on_line
 from .layout import Layout
 from .masses import Masses
 from .parting import Parting
-from .prescribed_ends import held, motion_of
+from .prescribed_ends import direction_of, held, motion_of
 from .rigid import cross_section, weight_per_length
 from .seabed import GroundedLength, Seabed
 
@@ -338,7 +338,16 @@ class Lines(Layout, Masses):
         own = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position, end) for dofs, top, end in tops]
         ends = [(dofs, self.driven.get(end, motion)) for dofs, motion, end in own]
         now = time if self.stopped is None else self.stopped
-        return [*self.sea.clock(time), *held(ends, now, u[self.part.slice])]
+        return [*self.sea.clock(time), *held(ends, now, u[self.part.slice]), *self._turning(now)]
+
+    def _turning(self, now):
+        """Functions that turn the ends whose direction changes."""
+        ends = [(t_b, direction_of(self.pieces[k].ends[i].clamp)) for (k, i), (t_b, _) in self.clamps.items()]
+
+        def turn(constant, direction):
+            constant.value[:] = direction(now.item())
+
+        return [partial(turn, *end) for end in ends if end[1] is not None]
 
     def begin(self, u: np.ndarray) -> None:
         if self.growth is not None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..scene import Scene
-from ..scene.cable import Top
+from ..scene.cable import EndDirection, Top
 from ..solver.vector_ops import copies, work
 from . import Array
 from .airy import ramp
@@ -42,6 +42,19 @@ class Swing:
         angle, size = 2 * math.pi * t / self.period, ramp(t, self.ramp)
         axes = zip(self.position, self.phase, self.amplitude, strict=True)
         return [place + size * math.sin(angle + phase) * amplitude for place, phase, amplitude in axes]
+
+
+def direction_of(clamp: EndDirection) -> Callable[[float], Array] | None:
+    """Unit direction of an end that is turned, as a function of time; None where it stays."""
+    if clamp.motion is None:
+        return None
+    path = _along_rows(np.zeros(3), np.array(clamp.motion), clamp.ramp)
+
+    def direction(t: float) -> Array:
+        way = path(t)
+        return np.asarray(way / np.linalg.norm(way))
+
+    return direction
 
 
 def adrift_nowhere(scene: Scene) -> Scene:

@@ -84,25 +84,46 @@ class Top(Section):
             raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
 
 
+#: Cosine of the largest turn of a direction from row to row.
+WIDEST_TURN = 0.17
+
+
 class EndDirection(Section):
     """Direction of a line at one of its ends; without it the end is pinned."""
 
-    direction: q.Vector = key("direction of the line there, from s = 0 on; at a buoy in its body frame", "1")
+    direction: q.Vector | None = key(
+        "direction of the line there, from s = 0 on; at a buoy or vessel in its own frame", "1", default=None
+    )
+    motion: Motion | None = key(
+        "time history of the direction, rows [t, x, y, z] (cubic splines), or a file of them", "s, 1", default=None
+    )
+    ramp: q.Duration = key("ramp-up time of the turning", "s", default=0.0)
     rotational_stiffness: Annotated[float, Field(gt=0, le=1e15)] | None = key(
         "stiffness of a spring that turns the end into direction; absent: it is held", "N m/rad", default=None
     )
 
     @model_validator(mode="after")
     def _given(self) -> Self:
-        if not math.hypot(*self.direction) > 1e-9:
+        if self.direction is None and self.motion is None:
+            raise Missing("direction", "direction of the line there, from s = 0 on, or a motion of it")
+        if self.direction is not None and self.motion is not None:
+            raise Wrong("motion", "[...]", "does not go with direction: give one of them")
+        if self.direction is not None and not math.hypot(*self.direction) > 1e-9:
             raise Wrong("direction", list(self.direction), "must not be zero")
+        if self.motion is None:
+            self.refuse(["ramp"], "goes with a motion")
+        for (_, *a), (_, *b) in pairwise(self.motion or []):
+            along = sum(x * y for x, y in zip(a, b, strict=True))
+            if not along > WIDEST_TURN * math.hypot(*a) * math.hypot(*b):
+                raise Wrong("motion", "[...]", "must hold directions that turn by less than 80 degrees from row to row")
         return self
 
     @property
     def unit(self) -> tuple[float, ...]:
-        """Direction, of length 1."""
-        size = math.hypot(*self.direction)
-        return tuple(x / size for x in self.direction)
+        """Direction of length 1, the first one of a motion."""
+        direction = self.direction or (self.motion or [])[0][1:]
+        size = math.hypot(*direction)
+        return tuple(x / size for x in direction)
 
 
 #: What no end of a cable moves at [m/s].

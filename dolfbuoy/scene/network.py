@@ -185,7 +185,8 @@ class _Resolver:
             place = getattr(line, "from")
             anchor = line.anchor or (0.0, 0.0, -self.scene.sea.depth if self.scene.sea else 0.0)
             low = _fixed(anchor) if place is None else self._end(place, f"{key}.from")
-            low, high = replace(low, clamp=line.from_end), replace(self._high(name, line), clamp=line.to_end)
+            low = replace(low, clamp=self._clamp(place, line.from_end, f"{key}.from_end"))
+            high = replace(self._high(name, line), clamp=self._clamp(line.to, line.to_end, f"{key}.to_end"))
             pieces += self._chain(number, name, line, sections, (low, high))
         for name in self.joints:
             if name not in self.used:
@@ -200,6 +201,13 @@ class _Resolver:
             buoys[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
         welds = frozenset(self.welds)
         return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys, welds)
+
+    def _clamp(self, place: Any, given: EndDirection | None, key: str) -> EndDirection | None:
+        """Direction of an end at a place."""
+        name = place.partition(".")[0] if isinstance(place, str) else ""
+        if given is not None and given.motion is not None and (name in self.vessels or name in {"buoy", *self.buoys}):
+            raise Wrong(f"{key}.motion", "[...]", f"does not go with {name}, which turns the end: give a direction")
+        return self.vessels[name].clamp(given) if name in self.vessels else given
 
     def _key(self, cable: str) -> str:
         return _key_of("cable", self.cables, cable)
@@ -372,9 +380,9 @@ def _check_bending(network: Network) -> None:
             if end.clamp is None:
                 continue
             if not piece.section.bending_stiffness:
-                raise Wrong(key, list(end.clamp.direction), "goes with a line that has bending_stiffness")
+                raise Wrong(key, list(end.clamp.unit), "goes with a line that has bending_stiffness")
             if end.kind == "joint":
-                raise Wrong(key, list(end.clamp.direction), "goes with an end that is held, free or on a buoy")
+                raise Wrong(key, list(end.clamp.unit), "goes with an end that is held, free or on a buoy")
     for name, ends in network.meetings().items():
         if name in network.welds:
             bend = [network.pieces[k].section.bending_stiffness > 0 for k, _ in ends]

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
-from .cable import FASTEST, MOST_ROWS, Top, rising
+from .cable import FASTEST, MOST_ROWS, EndDirection, Top, rising
 from .quantities import Wrong
 from .section import Section, key
 from .wave_files import motions_of
@@ -71,6 +71,16 @@ class Vessel(Section):
             rows.append((t, *(s + a - r for s, a, r in zip(shift, arm, rest, strict=True))))
         known: dict[str, Any] = {"kind": "prescribed", "position": position, "motion": rows, "ramp": self.ramp}
         return Top.model_construct(**known)
+
+    def clamp(self, given: EndDirection | None) -> EndDirection | None:
+        """Direction of an end of a line that turns with the vessel, in the frame of the world."""
+        if given is None or given.direction is None:
+            return given
+        if self.motion is None:
+            turned = _turned(given.direction, 0.0, 0.0, self.heading_deg)
+            return given.model_copy(update={"direction": tuple(turned)})
+        rows = [(row[0], *_turned(given.direction, row[4], row[5], self.heading_deg + row[6])) for row in self.motion]
+        return given.model_copy(update={"direction": None, "motion": rows, "ramp": self.ramp})
 
 
 def _turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:

@@ -216,3 +216,30 @@ def test_two_ranks(tmp_path):
     for name in ("buoy_position", "tension_top", "end_moment", "largest_curvature"):
         size = np.abs(alone[name].values).max()
         assert np.abs(together[name].values - alone[name].values).max() < 1e-8 * size, name
+
+
+def test_an_end_that_is_turned():
+    """Slowly from along x to 60 degrees and held: the curve at rest of that direction, with a direction in time or on a
+    vessel that pitches."""
+    cable = BEAM | {"elements": 6, "position_degree": 2, "tension_degree": 1}
+    cable |= {"top": {"kind": "free"}}
+    angles = np.linspace(0.0, 60.0, 7)
+    rows = [
+        [t, math.cos(math.radians(a)), 0.0, math.sin(math.radians(a))] for t, a in zip(range(7), angles, strict=True)
+    ]
+    time = {"end": 60.0, "step": 0.2, "scheme": "backward-euler"}
+    own = {"gravity": 1.0, "cable": cable | {"from_end": {"motion": rows}}, "time": time}
+    vessel = {"name": "ship", "position": [0.0, 0.0, 0.0], "fairleads": {"bow": [0.0, 0.0, 0.0]}}
+    vessel["motion"] = [[t, 0.0, 0.0, 0.0, 0.0, -a, 0.0] for t, a in zip(range(7), angles, strict=True)]
+    free = {key: value for key, value in cable.items() if key not in ("anchor",)} | {
+        "from": "ship.bow",
+        "from_end": ALONG,
+    }
+    pitched = {"gravity": 1.0, "vessel": [vessel], "cable": free, "time": time}
+    ended = {"direction": rows[-1][1:]}
+    rest = solve_static({"gravity": 1.0, "cable": cable | {"from_end": ended}})
+    for scene in (own, pitched):
+        run = simulate(scene)
+        assert run.cable_position.values[0, 1] == pytest.approx([run.cable_position.values[0, 1, 0], 0, 0], abs=0.02)
+        assert run.cable_position.values[-1, -1] == pytest.approx(rest.cable_position.values[-1], abs=0.05)
+        assert run.anchor_moment.values[-1] == pytest.approx(rest.anchor_moment.item(), rel=0.05)

@@ -295,3 +295,32 @@ def test_a_weld_carries_a_moment():
     drop = {weld: one.cable_position.values[-1, 2] for weld, one in rest.items()}
     assert drop[True] == pytest.approx(-G * 10.0**4 / 8 / 1e4, rel=0.02)
     assert drop[False] == pytest.approx(-5.0 - G * (5.0**4 / 8 + 5.0 * 5.0**3 / 3) / 1e4, rel=1e-3)
+
+
+@shows("cable.from_end.motion", "cable.from_end.ramp", "cable.to_end.motion", "cable.to_end.ramp")
+def test_a_direction_that_turns():
+    """The first element of a stiff rod follows; with a ramp, by half at half of it."""
+    rows = [[t, math.cos(0.1 * t), 0.0, math.sin(0.1 * t)] for t in (0.0, 1.0, 2.0)]
+    rod = {"length": 4.0, "line_density": 1.0, "bending_stiffness": 1e3, "elements": 4, "position_degree": 2}
+    rod |= {"tension_degree": 1, "axial_stiffness": 1e6}
+    time = {"end": 2.0, "step": 0.05, "scheme": "backward-euler"}
+    low = rod | {"anchor": [0.0, 0.0, 0.0], "top": {"kind": "free"}}
+    high = rod | {"from": [-4.0, 0.0, 0.0], "top": {"kind": "fixed", "position": [0.0, 0.0, 0.0]}}
+    for end, line in (("from_end", low), ("to_end", high)):
+        for ramp, turned in ((0.0, 0.2), (4.0, 0.1)):
+            scene = {"gravity": 0.0, "cable": line | {end: {"motion": rows, "ramp": ramp}}, "time": time}
+            scene["initial"] = (
+                {"kind": "straight"}
+                if end == "to_end"
+                else {
+                    "kind": "polyline",
+                    "points": [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]],
+                }
+            )
+            r = (
+                simulate(scene).cable_position.values[-1][:3]
+                if end == "from_end"
+                else (simulate(scene).cable_position.values[-1][-1:-4:-1])
+            )
+            way = (-3 * r[0] + 4 * r[1] - r[2]) * (1 if end == "from_end" else -1)
+            assert math.atan2(way[2], way[0]) == pytest.approx(turned, abs=0.03)
