@@ -103,9 +103,9 @@ FLOATING = {
 }
 
 
-BENT, UP = {"bending_stiffness": 1.0}, {"direction": [0.0, 0.0, 1.0]}
+UP = {"direction": [0.0, 0.0, 1.0]}
 NETWORK = {
-    "material": {"rope": {"line_density": 2.0}},
+    "material": {"rope": {"line_density": 2.0, "bending_stiffness": 1.0}},
     "joint": [{"name": "Y"}],
     "vessel": [{"name": "ship", "position": [9.0, 0.0, 0.0], "fairleads": {"bow": [1.0, 0.0, 0.0]}}],
     "cable": [
@@ -118,7 +118,7 @@ NETWORK = {
             "from_end": UP,
             "segments": [{"length": 1.0, "body": {}}, {"length": 1.0}],
         },
-        {"name": "b", "material": "rope", "from": "Y", "to": "left", "length": 1.0, **BENT, "to_end": UP},
+        {"name": "b", "material": "rope", "from": "Y", "to": "left", "length": 1.0, "to_end": UP},
         {"name": "c", "material": "rope", "from": "Y", "to": "right", "length": 1.0},
     ],
     "buoy": [
