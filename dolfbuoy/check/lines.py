@@ -100,7 +100,7 @@ def _snaps(scene: Scene, material: Cable, length: float, report: "Report") -> No
     travel = 2 * length * math.sqrt(material.line_density / material.axial_stiffness)
     pull = math.sqrt(material.line_density * material.axial_stiffness)
     report.add("pull of a snap at a held end per m/s", pull, "N", f"without damping, for {travel:.3g} s at most")
-    _undamped(scene, material, report)
+    report.warn(scene.time and not material.damping, f"The cable has {PULSES}")
     time, longest = scene.time, f"{travel / STEPS_OF_A_WAVE:.2g}"
     if time and not tau and time.tolerance is None:
         report.warn(
@@ -108,12 +108,6 @@ def _snaps(scene: Scene, material: Cable, length: float, report: "Report") -> No
             f"Where the cable comes taut, steps of {time.step:g} s hide the peak: it needs {longest} s, or "
             "cable.damping, with which a run makes its steps smaller there.",
         )
-
-
-def _undamped(scene: Scene, material: Cable, report: "Report") -> None:
-    """Warn of an elastic line in motion without damping, which can come taut or lies on a bed."""
-    elastic = np.isfinite(material.axial_stiffness)
-    report.warn(scene.time and not material.damping and elastic, f"The cable has {PULSES}")
 
 
 def lines_at_rest(problem: Problem, report: "Report") -> None:
@@ -274,8 +268,9 @@ def _on_bed(problem: Problem, report: "Report") -> None:
             name = f"equilibrium: tension that friction could carry{of}"
             report.add(name, min(most, max(T, 0.0)), "N", slip)
         _touchdown_elements(problem, about, k, lies.s, T / abs(lines.weight_of(k)))
-        if piece.section.slack != "tension-only":
-            _undamped(scene, piece.section, about)
+        c = piece.section
+        undamped = scene.time and not c.damping and np.isfinite(c.axial_stiffness)
+        about.warn(undamped and c.slack != "tension-only", f"The cable has {PULSES}")
     for position, depth in below.items():
         what = f"The end at {list(position)}" if several else "The anchor"
         report.warn(

@@ -124,7 +124,7 @@ def advise(
     if outputs and quantity is not None:
         raise InputError(f"--of {of}: does not go with --quantity, in whose place it is.")
     if outputs:
-        cheapest.asked(loaded, outputs, wanted)
+        cheapest.requested(loaded, outputs, wanted)
     folder = cli.folder_of(scene, folder, "advise")
     if write is not None and not write.is_dir():
         refuse_present([write], overwrite)

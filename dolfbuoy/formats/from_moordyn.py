@@ -45,7 +45,7 @@ WANTED = {
 def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
     """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
 
-    Raises InputError for a file that is none, or a row that cannot be read.
+    Raises InputError for another kind of file, or a row that cannot be read.
     """
     return _Reader(parse(text), title).scene()
 
@@ -160,23 +160,18 @@ class _Reader:
         if not is_number(text):
             self.note(row.line, f"BA = {text} is no single number, and is not read: damping = 0")
         elif number_of(text) > 0:
-            found["damping"] = number_of(text) * self._area_of_damping(row)
+            columns, units = self.tables.columns["line types"][1], self.tables.units.get("line types", [])
+            names = [column.lower() for column in columns]
+            place = names.index("cintdamp") if "cintdamp" in names else None
+            found["damping"] = number_of(text)
+            if place is not None and not (place < len(units) and "pa" not in units[place].lower()):
+                self.note(row.line, f"cIntDamp = {row['BA']} Pa s: damping is it times pi Diam^2/4")
+                found["damping"] *= math.pi * row.number("diameter") ** 2 / 4
         elif number_of(text) < 0:
             self.note(
                 row.line,
                 f"BA = {text} is a share of critical damping of a segment: numerical, for explicit steps; damping = 0",
             )
-
-    def _area_of_damping(self, row: Row) -> float:
-        """Area [m^2] by which a damping in Pa s, as early files call cIntDamp, is one in N s; else 1."""
-        columns = [column.lower() for column in self.tables.columns["line types"][1]]
-        if "cintdamp" not in columns:
-            return 1.0
-        place, units = columns.index("cintdamp"), self.tables.units.get("line types", [])
-        if place < len(units) and "pa" not in units[place].lower():
-            return 1.0
-        self.note(row.line, f"cIntDamp = {row['BA']} Pa s: damping is it times pi Diam^2/4")
-        return math.pi * row.number("diameter") ** 2 / 4
 
     def _cable(self, row: Row, materials: dict[str, dict[str, float]]) -> dict[str, Any]:
         material = row["type"]

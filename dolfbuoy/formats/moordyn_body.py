@@ -47,7 +47,7 @@ def placed(body: Row, place: NDArray[Any]) -> NDArray[Any]:
 
 
 def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> BodyOf | None:
-    """The buoy that a free body with these rods is; None, and a `note`(line, text), if it is none.
+    """The buoy that a free body with these rods is; None, and a `note`(line, text), if it cannot be one.
 
     Raises InputError for a rod of no type.
     """

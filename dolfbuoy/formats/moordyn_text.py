@@ -1,7 +1,7 @@
 """Input files of MoorDyn as tables: sections, rows by the names of their columns, options.
 
 Source: MoorDyn's manual, "Input Files", versions 1 and 2.  Columns are found by their names and not by their places,
-because the two versions order them differently.  What stands in front of the first section is free text; !, # and %
+because the two versions order them differently.  Anything before the first section is free text; !, # and %
 begin a comment.
 """
 

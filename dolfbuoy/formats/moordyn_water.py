@@ -84,7 +84,7 @@ def _wave(scene: Scene, waves: Waves) -> str:
     frequency = main_propagation(scene).at_ground
     end = scene.time.end if scene.time else PERIODS * 2 * math.pi / frequency
     periods = math.ceil(end * frequency / (2 * math.pi)) + 1
-    phase = math.radians(waves.phase_deg)  # MoorDyn wants the real and the imaginary part of a exp(-i phase)
+    phase = math.radians(waves.phase_deg)  # MoorDyn takes the real and the imaginary part of a exp(-i phase)
     wave = (waves.size * math.cos(phase), -waves.size * math.sin(phase), math.radians(waves.direction_deg))
     rows = []
     for i in range(periods * PER_WAVE // 2 + 1):

@@ -18,7 +18,7 @@ STIFFNESS, FRICTION = ("kBot", "kb"), ("FrictionCoefficient",)
 #: Of MoorDyn in Fortran: across a line and along it.
 ACROSS, ALONG = ("mu_kT",), ("mu_kA",)
 CARRIED = {name.lower() for name in (*GRAVITY, *DENSITY, *DEPTH, *STIFFNESS, *FRICTION, *ACROSS, *ALONG)}
-#: Options that say how MoorDyn computes or what it writes, and nothing about the mooring.
+#: Options for how MoorDyn computes and what it writes, without effect on the mooring.
 NUMERICAL = {
     "dt", "dtm", "tscheme", "cfl", "tmax", "version", "echo",
     "writelog", "writeunits", "dtout", "outswitch", "disableoutput", "disableouttime",
@@ -31,7 +31,7 @@ ELSEWHERE = {
     "currents": "they are in files of their own and are not carried over; add [current]",
     "waterkin": "waves and current are in a file of their own and are not carried over; add [waves], [current]",
 }
-#: Of MoorDyn, where a file does not say [Pa/m].
+#: Default of MoorDyn [Pa/m].
 KBOT = 3e6
 
 
@@ -40,8 +40,15 @@ def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[s
 
     Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
     """
-    _say_others(tables, note)
-    line, gravity = _number(tables, *GRAVITY)
+    for name, (line, value) in tables.options.items():
+        if name in ELSEWHERE:
+            if not (is_number(value) and float(value) == 0):
+                note(line, f"{name} = {value}: {ELSEWHERE[name]}")
+        elif name in ("cbot", "cb"):
+            note(line, f"cBot = {value}: damping of the bed is seabed.damping_ratio here, left at its default")
+        elif name not in CARRIED and name not in NUMERICAL:
+            note(line, f"the option {name} = {value} is not carried over")
+    at, gravity = _number(tables, *GRAVITY)
     found: dict[str, Any] = {} if gravity is None else {"gravity": gravity}
     wet, density = _number(tables, *DENSITY)
     if density == 0:
@@ -51,7 +58,7 @@ def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[s
     found["sea"] = {"depth": depth} | ({} if density is None else {"density": density})
     bed = _bed(tables, note)
     if bed and gravity == 0:
-        note(line, "gravity is 0: there is no bed here, since nothing would lie on it")
+        note(at, "gravity is 0: there is no bed here, since nothing would lie on it")
     elif bed:
         found["seabed"] = bed
     return found
@@ -110,14 +117,3 @@ def _friction(tables: Tables, note: Callable[..., Any]) -> tuple[int | None, flo
             "that along them is taken",
         )
     return other or line, along
-
-
-def _say_others(tables: Tables, note: Callable[..., Any]) -> None:
-    for name, (line, value) in tables.options.items():
-        if name in ELSEWHERE:
-            if not (is_number(value) and float(value) == 0):
-                note(line, f"{name} = {value}: {ELSEWHERE[name]}")
-        elif name in ("cbot", "cb"):
-            note(line, f"cBot = {value}: damping of the bed is seabed.damping_ratio here, left at its default")
-        elif name not in CARRIED and name not in NUMERICAL:
-            note(line, f"the option {name} = {value} is not carried over")

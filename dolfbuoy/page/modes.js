@@ -14,24 +14,24 @@ function start() {
   const columns = [
     { key: "number", name: "#" },
     { key: "name", name: "what moves" },
-    { key: "period", name: "period [s]", text: (x, mode) => mode.said || format(x, 5) },
+    { key: "period", name: "period [s]", text: (x, mode) => mode.text || format(x, 5) },
     { key: "omega", name: "ω [rad/s]", text: (x) => format(x, 5) },
     { key: "damping_ratio", name: "damping ratio" },
     { key: "residual", name: "residual", text: (x) => format(x, 1) },
   ];
   const rows = data.modes.map((mode, i) => ({ ...mode, number: i + 1 }));
   const table = new SortedTable(byId("table"), columns, rows, (mode) => show(mode, viewer, player));
-  table.choose(rows.find((row) => !row.said) ?? rows[0]);
+  table.choose(rows.find((row) => !row.text) ?? rows[0]);
 }
 
 function show(mode, viewer, player) {
   if (viewer && mode.scale) viewer.tensions = [-mode.scale.size || -1, mode.scale.size || 1];
-  const said = mode.said || `period ${format(mode.period)} s, damping ratio ${format(mode.damping_ratio, 3)}`;
+  const text = mode.text || `period ${format(mode.period)} s, damping ratio ${format(mode.damping_ratio, 3)}`;
   byId("legend").replaceChildren(
     element("strong", {}, `${mode.number}: ${mode.name}`),
-    element("span", {}, said),
+    element("span", {}, text),
     element("span", {}, `${format(mode.factor, 3)} times the shape of modes.nc`),
-    element("span", {}, mode.scale?.size > 1e-6 ? `thick: the tension grows, up to ${mode.scale.said}` : ""),
+    element("span", {}, mode.scale?.size > 1e-6 ? `thick: the tension grows, up to ${mode.scale.text}` : ""),
     element("span", { id: "grid-size" }),
   );
   player.change(new Mode(data.view, mode));

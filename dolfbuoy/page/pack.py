@@ -25,7 +25,7 @@ def single(values: NDArray[Any]) -> dict[str, Any]:
 
 
 def coarse(values: NDArray[Any] | list[float]) -> dict[str, Any]:
-    """In 16 bits: to 1/131068 of the range of all, for what is only looked at; nan stays."""
+    """In 16 bits: to 1/131068 of the range of all, for pictures; nan stays."""
     values = np.asarray(values, dtype=float)
     finite = np.isfinite(values)
     low, high = (values.min(where=finite, initial=np.inf), values.max(where=finite, initial=-np.inf))

@@ -92,7 +92,7 @@ export class ParallelAxes {
     if (this.over !== undefined) this.lines.get(this.over)?.classList.remove("over");
     this.over = k ?? undefined;
     this.lines.get(k)?.classList.add("over");
-    this.tip.textContent = k === null ? "" : `case ${k + 1}: ${this.axes.map((axis) => `${axis.name} ${said(axis.values[k])}`).join(", ")}`;
+    this.tip.textContent = k === null ? "" : `case ${k + 1}: ${this.axes.map((axis) => `${axis.name} ${asText(axis.values[k])}`).join(", ")}`;
   }
 
   mark(k) {
@@ -101,7 +101,7 @@ export class ParallelAxes {
   }
 }
 
-function said(value) {
+function asText(value) {
   return typeof value === "number" ? format(value) : value;
 }
 

@@ -85,9 +85,9 @@ export class Player {
   go(t) {
     this.t = Math.min(Math.max(t, this.source.start), this.source.end);
     this.slider.value = this.t;
-    const said = `t = ${this.t.toFixed(2)} s`;
-    this.slider.setAttribute("aria-valuetext", said);
-    byId("clock").textContent = said;
+    const text = `t = ${this.t.toFixed(2)} s`;
+    this.slider.setAttribute("aria-valuetext", text);
+    byId("clock").textContent = text;
     this.state = this.source.at(this.t);
     this.viewer?.show(this.state);
     for (const tell of this.heard) tell(this.t, this.state);

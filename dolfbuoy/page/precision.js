@@ -61,11 +61,11 @@ function makeChart({ key, name, front }, rows, marks, choose) {
 
 function markOf(chart, row, key, marks, choose, tip) {
   const at = `translate(${chart.x(row.wall)} ${chart.y(100 * row[`bound_${key}`])})`;
-  const said = `${row.settings}: ${error(row[`bound_${key}`], row[`resolved_${key}`])} in ${format(row.wall, 3)} s`;
+  const text = `${row.settings}: ${error(row[`bound_${key}`], row[`resolved_${key}`])} in ${format(row.wall, 3)} s`;
   const kind = `mark s${row.style}${row.tolerance === null ? "" : " hollow"}${row[`resolved_${key}`] ? "" : " open"}`;
-  const node = drawn("g", { transform: at, class: kind, tabindex: 0, role: "button", "aria-label": said }, drawn("path", { d: MARKS[row.scheme] }));
+  const node = drawn("g", { transform: at, class: kind, tabindex: 0, role: "button", "aria-label": text }, drawn("path", { d: MARKS[row.scheme] }));
   if (row.own) node.append(drawn("path", { d: STAR, class: "star" }));
-  for (const event of ["pointerenter", "focus"]) node.addEventListener(event, () => (tip.textContent = said));
+  for (const event of ["pointerenter", "focus"]) node.addEventListener(event, () => (tip.textContent = text));
   node.addEventListener("click", () => choose(row));
   node.addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && (event.preventDefault(), choose(row)));
   marks.push({ node, row });

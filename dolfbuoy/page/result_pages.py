@@ -37,7 +37,7 @@ def sweep_page(dataset: xr.Dataset) -> str:
     found = sweep_data(dataset)
     done = int((dataset.status == "done").sum())
     cases = f"{dataset.sizes['case']:,} cases over {dataset.attrs['varied']}; {done:,} of them done"
-    opens = "opens its replay, which is in records/ beside this file, and " if found["records"] else ""
+    opens = "opens its replay, which is in records/ next to this file, and " if found["records"] else ""
     hint = f"A line is a case; a click on it, or on its row below, {opens}shows its numbers and how to run it alone."
     empty = tag("div", tag("p", "Choose a line or a row."), id="chosen", aria_live="polite")
     return html.page(
@@ -80,7 +80,7 @@ def _quantity(label: str, name: str, dataset: xr.Dataset, kept: tuple[str, ...])
     columns = {statistic: dataset[f"{name}_{statistic}"].values for statistic in kept}
     unit, factor = unit_of(np.concatenate([columns[k] for k in kept if k != "dominant_period"]), unit)
     packed = {k: single(v if k == "dominant_period" else factor * v) for k, v in columns.items()}
-    return {"name": label, "said": long_name, "unit": unit, "statistics": packed}
+    return {"name": label, "text": long_name, "unit": unit, "statistics": packed}
 
 
 def modes_page(dataset: xr.Dataset, scene: Scene | None = None) -> str:
@@ -116,13 +116,13 @@ def modes_data(dataset: xr.Dataset, scene: Scene) -> dict[str, Any]:
 def _mode(dataset: xr.Dataset, number: int) -> dict[str, Any]:
     mode = dataset.isel(mode=number)
     found: dict[str, Any] = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
-    found |= {"name": mode.name.item(), "said": KINDS[mode.kind.item()]}
+    found |= {"name": mode.name.item(), "text": KINDS[mode.kind.item()]}
     found |= {"factor": enlargement(dataset, mode), "buoys": []}
     if "cable_position" in mode:
         found |= {"position": single(mode.cable_position.values), "tension": single(mode.cable_tension.values)}
         size = found["factor"] * float(np.abs(mode.cable_tension.values).max())
         unit, factor = unit_of([size], "N")
-        found["scale"] = {"size": size, "said": f"{factor * size:.3g} {unit}"}
+        found["scale"] = {"size": size, "text": f"{factor * size:.3g} {unit}"}
     if "buoy_position" in mode:
         motions = np.concatenate([mode.buoy_position.values, mode.buoy_rotation.values], axis=-1)
         found["buoys"] = [single(motion) for motion in np.moveaxis(motions, 1, 0)]
@@ -132,26 +132,17 @@ def _mode(dataset: xr.Dataset, number: int) -> dict[str, Any]:
 def precision_page(rows: list[dict[str, Any]], notes: list[str], scene: str = "") -> str:
     """HTML of the rows and notes of work-precision.json, and of the title of its scene."""
     title = f"Work and precision of {scene}" if scene else "Work and precision"
-    names = [name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)]
+    quantities = []
+    for name in (name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)):
+        done = [i for i, row in enumerate(rows) if row.get(f"bound_{name}") is not None]
+        front = [done[i] for i in pareto([(rows[i]["wall"], rows[i][f"bound_{name}"]) for i in done])]
+        quantities.append({"key": name, "name": QUANTITIES[name], "front": front})
     return html.page(
         title,
         [f"{len(rows)} cases against a finer reference"],
         tag("div", id="charts", class_="grid"),
         html.section("answer", "The answer", html.paragraphs(notes), class_="whole"),
         html.section("cases", "Cases", tag("div", id="table"), class_="whole"),
-        data=precision_data(rows, names),
+        data={"kind": "precision", "quantities": quantities, "rows": rows},
         script="precision",
     )
-
-
-def precision_data(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
-    """Data for the script of the page; fronts: rows that no other beats in time and error, from the fastest on."""
-    fronts = {}
-    for name in names:
-        done = [i for i, row in enumerate(rows) if row.get(f"bound_{name}") is not None]
-        fronts[name] = [done[i] for i in pareto([(rows[i]["wall"], rows[i][f"bound_{name}"]) for i in done])]
-    return {
-        "kind": "precision",
-        "quantities": [{"key": name, "name": QUANTITIES[name], "front": fronts[name]} for name in names],
-        "rows": rows,
-    }

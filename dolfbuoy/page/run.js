@@ -84,7 +84,7 @@ function makePanels(player) {
     }));
     const box = element("div", { class: "panel" });
     host.append(box);
-    const label = `${[panel.part, panel.title].filter(Boolean).join(": ")} over time [${panel.unit}]: ${curves.map(said).join("; ")}`;
+    const label = `${[panel.part, panel.title].filter(Boolean).join(": ")} over time [${panel.unit}]: ${curves.map(described).join("; ")}`;
     const yName = `${panel.part ? `${panel.part}: ` : ""}${panel.title} [${panel.unit}]`;
     const options = { label, curves, xName: "time [s]", yName, height: 150 };
     return { ...panel, box, chart: new Chart(box, { ...options, onPick: (t) => player.go(t) }), curves };
@@ -112,7 +112,7 @@ function hideOthers(chosen) {
   }
 }
 
-function said({ name, y }) {
+function described({ name, y }) {
   const [low, high] = range(y) ?? [NaN, NaN];
   return `${name} from ${format(low)} to ${format(high)}`;
 }
@@ -177,8 +177,8 @@ function makeEnvelopes(player) {
     const chart = new Chart(box, { label, curves, ...names, height: 230 });
     box.dataset.kind = "line";
     box.dataset.part = envelope.part;
-    const said = `Range of all steps from ${format(envelope.from)} to ${format(envelope.to)} s, mean of ${envelope.instants} instants`;
-    box.append(element("p", { class: "note" }, `${said}; the line now is the nearest of them.`));
+    const text = `Range of all steps from ${format(envelope.from)} to ${format(envelope.to)} s, mean of ${envelope.instants} instants`;
+    box.append(element("p", { class: "note" }, `${text}; the line now is the nearest of them.`));
     player.heard.push((t) => {
       const frame = player.source.frame(t);
       if (frame.t === now.t) return;

@@ -43,7 +43,7 @@ function open(k) {
   const lines = data.quantities.map((q) =>
     element(
       "tr",
-      { title: q.said },
+      { title: q.text },
       element("th", { scope: "row" }, spoken(q.name)),
       cellOf(q.unit),
       ...kept.map((name) => cellOf(format(q.statistics[name][k]))),

@@ -24,7 +24,13 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
     record, scene = frames.record, frames.scene
     found = base_view(frames)
     if frames.spans:
-        found["lines"] |= _moving_lines(frames)
+        times, positions, tensions = frames.times, record.cable_position.values, record.cable_tension.values
+        every = math.ceil(positions[0].size * len(times) * 16 / 3 / MOST_OF_FRAMES)
+        kept = np.unique([*range(0, len(times), every), len(times) - 1])
+        found["lines"] |= {"time": exact(times[kept]), "position": coarse(positions[kept])}
+        found["lines"] |= {"tension": single(tensions[kept]), "scale": scale_of(tensions)}
+        found["lines"]["velocity"] = coarse(record.cable_velocity.values[kept]) if "cable_velocity" in record else None
+        found["lines"]["largest"] = float(maximum(record, "cable_tension").max())
     for k, buoy in enumerate(found["buoys"]):
         position, orientation = (record[f"buoy_{what}"].values[rows, k] for what in ("position", "orientation"))
         buoy |= {"position": coarse(position), "orientation": coarse(orientation)}
@@ -84,17 +90,6 @@ def _lines(frames: Frames) -> dict[str, Any]:
         since = frames.record.parted_at.values
         found["parted"] = {int(cell): float(since[cell]) for cell in np.flatnonzero(np.isfinite(since))}
     return found
-
-
-def _moving_lines(frames: Frames) -> dict[str, Any]:
-    record, times = frames.record, frames.times
-    positions, tensions = record.cable_position.values, record.cable_tension.values
-    every = math.ceil(positions[0].size * len(times) * 16 / 3 / MOST_OF_FRAMES)
-    kept = np.unique([*range(0, len(times), every), len(times) - 1])
-    found: dict[str, Any] = {"time": exact(times[kept]), "position": coarse(positions[kept])}
-    found["tension"] = single(tensions[kept])
-    found["velocity"] = coarse(record.cable_velocity.values[kept]) if "cable_velocity" in record else None
-    return found | {"scale": scale_of(tensions), "largest": float(maximum(record, "cable_tension").max())}
 
 
 def scale_of(tensions: NDArray[Any]) -> list[float]:

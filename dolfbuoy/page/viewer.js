@@ -6,7 +6,7 @@ import { Painter } from "./gl.js";
 import { Waves, squares, surface } from "./sea.js";
 import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } from "./shapes.js";
 
-/** A Viewer in the stage of the page; null, and it is said, where there is no WebGL. */
+/** A Viewer in the stage of the page; null, with a note, where there is no WebGL. */
 export function viewerOrNone(view, tensions) {
   const there = { names: view.labels.length, forces: view.forces.length, water: view.sea, bed: view.sea };
   for (const [name, any] of Object.entries(there)) document.querySelector(`[data-show=${name}]`).parentElement.hidden = !any;

@@ -218,7 +218,7 @@ class _progress:
 
 
 def _claim(path: Path) -> bool:
-    """True if this rank is the first to ask: a file is created by one process only."""
+    """True if this rank is the first to claim it: a file is created by one process only."""
     try:
         path.touch(exist_ok=False)
     except FileExistsError:
@@ -256,5 +256,5 @@ def key(case: Row) -> str:
 
 
 def with_file(case: Row, folder: Path, name: str) -> Row:
-    """The case, and with it a file of its own for what it keeps besides its result."""
+    """The case, and with it a file of its own for what it keeps in addition to its result."""
     return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}

@@ -1,4 +1,4 @@
-"""One output of several MPI ranks: by the first, one message for an error, nobody left waiting."""
+"""One output of several MPI ranks: by the first, one message for an error, no rank left waiting."""
 
 import os
 import signal

@@ -31,7 +31,7 @@ class Entry(NamedTuple):
 class Store:
     """Results of one program in the files below a folder; read through once, when it is made.
 
-    Results stay on the disk until they are asked for: thousands of them are more than many processes can hold at once.
+    Results stay on the disk until they are read: thousands of them are more than many processes can hold at once.
     entries: key -> Entry.  damaged: sentences about files with damaged lines.  foreign: results of another program.
     """
 

@@ -73,7 +73,7 @@ def by_label(record: xr.Dataset) -> dict[str, dict[str, float]]:
 
 
 def summary_rows(record: xr.Dataset) -> list[tuple[str, str, str]]:
-    """(quantity, value, unit) of the outputs in SHOWN, and a sentence where there is something to say about all."""
+    """(quantity, value, unit) of the outputs in SHOWN, as text."""
     rows = []
     for row in rows_of(record):
         if row.output in SHOWN:

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import NoResult
 from ..model.rigid import shape_of
@@ -66,18 +66,14 @@ def undamped(record: xr.Dataset, scene: Scene, sections: list[Cable]) -> list[st
     slackens = bare & [c.slack == "tension-only" for c in sections]
     segment = record.segment_of_cell.values
     slack = (record.cable_tension.values[:, slackens[segment]] <= 0).any()
-    states = ["went slack"] * bool(slack) + ["lay on the sea bed"] * _lies(record, scene, bare[segment])
+    states = ["went slack"] if slack else []
+    if scene.seabed:
+        position = record.cable_position.values
+        ends = position[:, :: (position.shape[1] - 1) // len(segment)]
+        below = ends[..., 2] <= height_of_bed(scene, ends)
+        if (below[:, 1:] & below[:, :-1])[:, bare[segment]].any():  # an element lies with both ends
+            states.append("lay on the sea bed")
     return [f"The cable {' and '.join(states)}, and has {PULSES}"] if states else []
-
-
-def _lies(record: xr.Dataset, scene: Scene, cells: NDArray[Any]) -> bool:
-    """True if any of these cells ever lay on the bed, with both ends."""
-    if not scene.seabed:
-        return False
-    position = record.cable_position.values
-    ends = position[:, :: (position.shape[1] - 1) // len(cells)]
-    below = ends[..., 2] <= height_of_bed(scene, ends)
-    return bool((below[:, 1:] & below[:, :-1])[:, cells].any())
 
 
 #: A cone angle that is called a lean, and one that is a capsize [deg].
@@ -130,7 +126,7 @@ def _under(record: xr.Dataset, scene: Scene, buoy: Buoy) -> list[str]:
     return [f"The buoy was all under water in {share:.2g} % of the instants, first at t = {first:g} s."]
 
 
-#: Part of the steps from which on a sentence says that they were cut; and no result is left where so many were.
+#: Part of the steps that were cut above which a warning is given, and above which the run has no result.
 OFTEN, MOST = 0.05, 0.5
 
 

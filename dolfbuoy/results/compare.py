@@ -174,12 +174,12 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def percent(error: float) -> str:
-    """An error as one would say it."""
+    """An error in percent, with two digits."""
     return f"{100 * error:.2g} %"
 
 
 def duration(seconds: float) -> str:
-    """A time as one would say it."""
+    """A time in the largest suitable unit, with two digits."""
     units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
     size, unit = next((u for u in units if seconds >= 1.5 * u[0]), units[-1])
     return f"{seconds / size:.2g} {unit}"

@@ -50,7 +50,7 @@ FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
 FILES["study"] = ("tables.md", "report.md", "hard-cases.md")
 DRAWN = ("figures", "paraview")
-#: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
+#: A manifest that lists anything else is not the program's: no file of the user's is removed because of it.
 _OWN = re.compile(
     "|".join(re.escape(name) for names in FILES.values() for name in names)
     + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|(calibrated|designed)\.toml"
@@ -179,7 +179,7 @@ def go_on(path: str | Path, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
     Raises InputError for a damaged record, or an edited scene that would be replaced.
     """
     path = Path(path)
-    comm.barrier()  # nobody reads the old scene any more
+    comm.barrier()  # no rank reads the old scene any more
     with _agreed(comm) as root:
         if root:
             verify(path / "results.nc")

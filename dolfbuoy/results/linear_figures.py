@@ -118,7 +118,13 @@ def amplitudes(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, 
                 _curves(axes[-1], one, "rao", {}, factor, colour, runs, name, "_tension")
             axes[-1].set(xlabel="period [s]", ylabel=f"tension [{unit}/m]")
             _name(axes[-1])
-        legend_below(figure, 0.25, 3, _styles(dataset, runs))
+        styles = [Line2D([], [], color=COLORS["ink"], label="small waves")]
+        if "height_m" in dataset.attrs:
+            words = f"height {dataset.attrs['height_m']:g} m, drag linearised"
+            styles.append(Line2D([], [], color=COLORS["ink"], ls="--", label=words))
+        if runs:
+            styles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", ls="none", label="runs in time"))
+        legend_below(figure, 0.25, 3, styles)
     return figure
 
 
@@ -155,16 +161,6 @@ def _curves(
     found = [(run["period"], factor * abs(run[label])) for run in runs if label in run]
     if found:
         axes.plot(*np.transpose(found), "o", color=colour, ms=3.5, mfc="none")
-
-
-def _styles(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, ...]) -> list[Any]:
-    found = [Line2D([], [], color=COLORS["ink"], label="small waves")]
-    if "height_m" in dataset.attrs:
-        words = f"height {dataset.attrs['height_m']:g} m, drag linearised"
-        found.append(Line2D([], [], color=COLORS["ink"], ls="--", label=words))
-    if runs:
-        found.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", ls="none", label="runs in time"))
-    return found
 
 
 def spectra(dataset: xr.Dataset) -> Figure:

@@ -181,7 +181,7 @@ class Observer:
         return [(self.problem.system.u, int(dof), 1.0) for dof in lines.end_dofs[piece][end]]
 
     def labels(self) -> dict[str, NDArray[Any]]:
-        """Names of cables, buoys, joints, ... by the dimensions that this record has besides xyz and quaternion."""
+        """Names of cables, buoys, joints, ... by the dimensions of this record other than xyz and quaternion."""
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "joint": n.joints, "segment": stressed(n)}

@@ -95,7 +95,12 @@ class Rows:
         made[self.load] = self.load, sizes, unit_and_name(*LOADS[self.load])
         if "buoy_position" in made:
             made = _with_watch_circles(made)
-            return made if at_rest is None else _with_offsets(made, at_rest)
+        if "buoy_position" in made and at_rest is not None:
+            dx, dims = made.buoy_position.values - at_rest, made.buoy_position.dims[:-1]
+            angle = np.radians(made.direction.values).reshape(-1, *[1] * (len(dims) - 1))
+            made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), LOADED["offset"])
+            along = dx[..., 0] * np.cos(angle) + dx[..., 1] * np.sin(angle)
+            made["offset_along"] = (dims, along, LOADED["offset_along"])
         return made
 
 
@@ -103,15 +108,6 @@ def top_tension(dataset: xr.Dataset) -> xr.DataArray:
     """Largest tension at the upper end of a line [N], over directions and sizes."""
     largest: xr.DataArray = dataset.tension_top.max("cable")
     return largest
-
-
-def _with_offsets(made: xr.Dataset, at_rest: NDArray[Any]) -> xr.Dataset:
-    dx, dims = made.buoy_position.values - at_rest, made.buoy_position.dims[:-1]
-    angle = np.radians(made.direction.values).reshape(-1, *[1] * (len(dims) - 1))
-    made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), LOADED["offset"])
-    along = dx[..., 0] * np.cos(angle) + dx[..., 1] * np.sin(angle)
-    made["offset_along"] = (dims, along, LOADED["offset_along"])
-    return made
 
 
 def _with_watch_circles(made: xr.Dataset) -> xr.Dataset:

@@ -58,7 +58,7 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
 
 
 def alone(record: "xr.Dataset") -> "xr.Dataset":
-    """A record without the dimensions cable, buoy, attachment and segment where there is one: to look at by hand."""
+    """A record without the dimensions cable, buoy, attachment and segment where there is one: for interactive use."""
     return record.squeeze(
         [d for d in ("cable", "buoy", "attachment", "segment") if record.sizes.get(d) == 1], drop=True
     )

@@ -58,7 +58,7 @@ class Record:
 
     path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time, of
     which those that are `changing` may.
-    labels: of the dimensions besides xyz and quaternion.  counts: rows on disk along `time` and `frame`.
+    labels: of the dimensions other than xyz and quaternion.  counts: rows on disk along `time` and `frame`.
     """
 
     def __init__(
@@ -262,7 +262,11 @@ def verify(path: str | Path) -> None:
     """Raise InputError for a record that is damaged, at which HDF5 may crash, whose numbers are in other files, or that
     is an old one."""
     with undamaged(path, DAMAGED):
-        _check_seal(path)
+        size = os.stat(path).st_size - len(SEAL) - 4
+        with open(path, "rb") as sealed:  # a file without a seal passes
+            checksum = _checksum(sealed, size)
+            if sealed.read(len(SEAL)) == SEAL and struct.unpack("<I", sealed.read()) != (checksum,):
+                raise ValueError("the checksum is another one")
         check_hdf5(Path(path))
         with netCDF4.Dataset(path) as file:
             found = {name: file.getncattr(name) for name in file.ncattrs()}
@@ -301,15 +305,6 @@ def seal(path: str | Path) -> None:
     """Put a checksum after the end of a file that is complete, where HDF5 does not look."""
     with open(path, "r+b") as file:
         file.write(SEAL + struct.pack("<I", _checksum(file, os.fstat(file.fileno()).st_size)))
-
-
-def _check_seal(path: str | Path) -> None:
-    """Raise ValueError for a file that has changed since it was sealed; one without a seal passes."""
-    size = os.stat(path).st_size - len(SEAL) - 4
-    with open(path, "rb") as file:
-        checksum = _checksum(file, size)
-        if file.read(len(SEAL)) == SEAL and struct.unpack("<I", file.read()) != (checksum,):
-            raise ValueError("the checksum is another one")
 
 
 def _checksum(file: Any, size: int) -> int:

@@ -84,7 +84,10 @@ class Recorder:
             if self._count == len(self._rows):
                 self._make_values()
         if sim.t >= self._next_frame - self._tolerance or sim.t >= self._end - self._tolerance:
-            self._add_frame()
+            self._next_frame = self.interval * (np.floor((sim.t + self._tolerance) / self.interval) + 1)
+            values = self.observer.frame(sim.line_velocity) if sim.problem.lines else {}
+            if self.root and values:
+                self.record.add({name: [value] for name, value in ({"frame": sim.t} | values).items()})
         if bcast(sim.comm, clock.monotonic() > self._next_save):
             self.save()
 
@@ -108,14 +111,6 @@ class Recorder:
             values |= errors(values, self.observer.values_of(self._corrected_rows[:count]))
         steps = {"time": rows[:, 0], "time_step": rows[:, 1], "newton_iterations": rows[:, 2]}
         self.record.add(steps | values)
-
-    def _add_frame(self) -> None:
-        sim = self.simulation
-        self._next_frame = self.interval * (np.floor((sim.t + self._tolerance) / self.interval) + 1)
-        if sim.problem.lines:
-            values = self.observer.frame(sim.line_velocity)
-            if self.root:
-                self.record.add({name: [value] for name, value in ({"frame": sim.t} | values).items()})
 
     def mark(self) -> dict[str, Any]:
         """Marks by which `rewind` finds the present instant, whose row has been added."""

@@ -57,7 +57,7 @@ def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
     columns = Columns(label for row in rows for label in row["statistics"])
     known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
-    numbers = [*STATISTICS, *sorted(known - set(STATISTICS))]  # and error bars, where the scene asks for them
+    numbers = [*STATISTICS, *sorted(known - set(STATISTICS))]  # and error bars, where the scene estimates them
     data |= columns.table([row["statistics"] for row in rows], numbers, "case")
     return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
 

@@ -229,7 +229,11 @@ def _left(record: xr.Dataset, scene: Scene, _cable: int, sections: list[Cable]) 
     if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * length:
         depth = -scene.sea.depth - lowest
         found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-    return found + _surfaced(record, scene, length) + warnings_of(record, section.fails_at is not None)
+    if scene.sea is not None and not called_by(scene, "line_wet"):  # equations without a surface
+        highest = float(maximum(record, "cable_position")[..., 2].max()) - crest_height(scene)
+        if highest > ABOVE * length:
+            found.append(f"The cable rose up to {highest:.3g} m above the water, {UNSEEN}")
+    return found + warnings_of(record, section.fails_at is not None)
 
 
 def _slack(record: xr.Dataset, _scene: Scene, _cable: int, sections: list[Cable]) -> list[str]:
@@ -246,14 +250,6 @@ def _slack(record: xr.Dataset, _scene: Scene, _cable: int, sections: list[Cable]
 ABOVE = 0.01
 #: End of the warnings about parts above the water in a run whose equations have no surface.
 UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
-
-
-def _surfaced(record: xr.Dataset, scene: Scene, length: float) -> list[str]:
-    """Sentence about a cable above the highest crest, by a part of its length, in equations without a surface."""
-    if scene.sea is None or called_by(scene, "line_wet"):
-        return []
-    highest = float(maximum(record, "cable_position")[..., 2].max()) - crest_height(scene)
-    return [f"The cable rose up to {highest:.3g} m above the water, {UNSEEN}"] if highest > ABOVE * length else []
 
 
 def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:

@@ -54,19 +54,6 @@ class PointMass(Section):
     height: q.Height = key("height above the keel", "m")
 
 
-def _check_inertia(inertia: list[float]) -> None:
-    if len(inertia) not in (2, 3):
-        raise Wrong("inertia", inertia, "must be [transverse, axial] or [Ixx, Iyy, Izz]")
-    moments = [inertia[0], *inertia] if len(inertia) == 2 else inertia
-    *others, largest = sorted(moments)
-    if largest > sum(others) * (1 + 1e-9):
-        raise Wrong(
-            "inertia",
-            inertia,
-            f"is of no body: about each axis at most the sum of the others, A + B >= C, of the moments {moments}",
-        )
-
-
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
@@ -128,7 +115,13 @@ class Buoy(Section):
             if abs(heights[0]) > 1e-12:
                 raise Wrong("hull", self.hull, "must start at height 0, the keel")
         if self.inertia is not None:
-            _check_inertia(self.inertia)
+            if len(self.inertia) not in (2, 3):
+                raise Wrong("inertia", self.inertia, "must be [transverse, axial] or [Ixx, Iyy, Izz]")
+            moments = [self.inertia[0], *self.inertia][-3:]
+            *others, largest = sorted(moments)
+            if largest > sum(others) * (1 + 1e-9):
+                allowed = "is of no body: about each axis at most the sum of the others, A + B >= C, of the moments"
+                raise Wrong("inertia", self.inertia, f"{allowed} {moments}")
         if self.wave_damping is not None and len(self.wave_damping) != 2:
             raise Wrong("wave_damping", self.wave_damping, "must be two numbers, [heave, pitch]")
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):

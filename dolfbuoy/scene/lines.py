@@ -21,7 +21,7 @@ def _place(value: Any) -> Any:
 
 Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
 
-#: Keys of a cable that its segments share, and those that say how long it is.
+#: Keys of a cable that its segments share, and those of its length.
 SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
 SIZE = ("length", "elements", "grading")
 #: Keys of the material of a piece of line.

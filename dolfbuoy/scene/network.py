@@ -29,7 +29,7 @@ OWN = ("wind", "external_force", "initial")
 class End:
     """Attachment of an end of a piece of line; clamp: its direction, None where it is pinned.
 
-    kind: "fixed", "prescribed", "free" (`top` says where, or the force on it), "joint" (a free one) or "buoy" (at the
+    kind: "fixed", "prescribed", "free" (`top`: where, or the force on it), "joint" (a free one) or "buoy" (at the
     named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or VESSEL.FAIRLEAD.
     """
 
@@ -217,12 +217,8 @@ class _Resolver:
         bodies = [segment.body for segment in line.segments or []]
         if bodies and bodies[-1] is not None:
             place = f"{self._key(name)}.segments.{len(bodies) - 1}.body"
-            raise Wrong(
-                place,
-                bodies[-1].mass,
-                "goes with the upper end of a segment that another one follows: what "
-                "sits at the end of a cable is a [[joint]]",
-            )
+            allowed = "goes with the upper end of a segment that another one follows: at the end of a cable a [[joint]]"
+            raise Wrong(place, bodies[-1].mass, f"{allowed} holds it")
         between = [f"{name}.{k}" for k in range(1, len(sections))]
         bends = [section.bending_stiffness > 0 for section in sections]
         self.welds |= {joint for joint, *both in zip(between, bends, bends[1:], strict=False) if all(both)}

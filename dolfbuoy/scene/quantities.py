@@ -46,7 +46,7 @@ def is_rising(values: Sequence[float]) -> bool:
 
 
 def _at_least(low: float) -> AfterValidator:
-    """Validator: a size whose square or inverse leaves the numbers of a computer is none."""
+    """Validator: refuse a size whose square or inverse is not representable."""
 
     def check(value: float) -> float:
         if value < low:
@@ -61,15 +61,12 @@ def finite_numbers(count: int) -> Callable[[Any], tuple[float, ...]]:
 
     def check(value: Any) -> tuple[float, ...]:
         good = isinstance(value, list | tuple) and len(value) == count
-        if not good or not all(isinstance(v, int | float) and not isinstance(v, bool) and _finite(v) for v in value):
+        # below 1e300, which holds for whole numbers that no float can hold too
+        if not good or not all(type(v) is not bool and isinstance(v, int | float) and abs(v) < 1e300 for v in value):
             raise ValueError(f"must be {count} finite numbers")
         return tuple(float(v) for v in value)
 
     return check
-
-
-def _finite(number: float) -> bool:
-    return abs(number) < 1e300  # also for whole numbers that no float can hold
 
 
 _tiny, _fine = _at_least(1e-20), _at_least(1e-9)

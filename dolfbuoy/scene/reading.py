@@ -161,7 +161,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 DEEPEST = 30  # lists and tables within each other
 MOST_BYTES = 10_000_000  # of a scene file: more than any that `quantities` lets through, and some seconds of tomllib's
-#: A dotted key of more names, of whose number the time of tomllib is the square; no word or blank is looked at twice.
+#: A dotted key of more names, of whose number the time of tomllib is the square; no word or blank is read twice.
 _NAME = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{DEEPEST}}}")
 

@@ -49,7 +49,7 @@ def schema() -> dict[str, Any]:
 
 
 def as_text() -> str:
-    """The schema as it stands in its file."""
+    """The schema as text of its file."""
     return json.dumps(schema(), indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 

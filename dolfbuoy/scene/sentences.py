@@ -76,7 +76,7 @@ def _name_of(location: list[str], data: dict[str, Any] | None) -> list[str]:
 
 
 def shown(value: Any) -> str:
-    """A value as it stands in a message: at most some lines of it."""
+    """A value as text of a message: at most some lines of it."""
     try:
         return _short(repr(value))
     except (RecursionError, ValueError):  # nested without end; a whole number of thousands of digits

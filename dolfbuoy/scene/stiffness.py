@@ -15,7 +15,7 @@ MOST_ROWS = 50
 class TensionTable(float):
     """Tension [N] over strain, linear between the rows and on both sides of them.
 
-    Where one number is asked for it is the slope where the line is first pulled from below, or at 0 if the table has no
+    As one number it is the slope where the line is first pulled from below, or at 0 if the table has no
     strain below 0: as a number of Hooke's law is.  Tables are equal if their rows are.
     """
 

@@ -260,20 +260,16 @@ class Waves(Section):
             return given
         if isinstance(self.components, list):
             return max(self.components)[1]
-        if self.elevation is not None:
-            return _mean_period([t for t, _ in self.elevation], [eta for _, eta in self.elevation])
+        if self.elevation is not None:  # between upward crossings of the mean; the whole record if there are not two
+            mean = sum(eta for _, eta in self.elevation) / len(self.elevation)
+            crossings = [t for (t, a), (_, b) in itertools.pairwise(self.elevation) if a < mean <= b]
+            first, *_, last = crossings if len(crossings) > 1 else [self.elevation[0][0], self.elevation[-1][0]]
+            return (last - first) / max(len(crossings) - 1, 1)
         if isinstance(self.spectrum, DirectionalSpectrum):
             sums = [sum(row) for row in self.spectrum.density]
             return 1 / self.spectrum.frequency[sums.index(max(sums))]
         rows = self.spectrum if isinstance(self.spectrum, list) else []
         return 1 / max(rows, key=lambda row: row[1])[0]
-
-
-def _mean_period(times: list[float], heights: list[float]) -> float:
-    """Mean period between upward crossings of the mean; the whole record if there are not two."""
-    mean = sum(heights) / len(heights)
-    crossings = [t for t, (a, b) in zip(times, itertools.pairwise(heights), strict=False) if a < mean <= b]
-    return (crossings[-1] - crossings[0]) / (len(crossings) - 1) if len(crossings) > 1 else times[-1] - times[0]
 
 
 def _check_rising(name: str, values: Sequence[float], least: int) -> None:

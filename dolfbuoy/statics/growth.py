@@ -18,7 +18,7 @@ from .ways import is_compressed
 #: Factors that change by less have been found.
 SETTLED = 1e-9
 ROUNDS = 200
-#: Least part of the way that Aitken's rule may ask for.
+#: Least part of the way that Aitken's rule may give.
 LEAST = 0.02
 NONE = (
     "cable.marine_growth and the depths at which the cable rests with it do not come to agree (a line may hover where "

@@ -93,7 +93,12 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
     """
     if clock.time() > deadline:
         raise interruption.TimeUp
-    point = _taken_up(folder)
+    point = None
+    if folder is not None and (folder / checkpoint.NAME).is_file():
+        with suppress(InputError):  # a checkpoint that cannot be read is none
+            kept = checkpoint.load(folder, 1)
+            folders.go_on(folder, kept.scene)
+            point = kept
     if point is None:
         _remove(folder)
     try:
@@ -120,18 +125,6 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
     if not keep:
         _remove(folder)
     return record
-
-
-def _taken_up(folder: Path | None) -> Any:
-    """The checkpoint in a folder; None without one that can be read."""
-    if folder is None or not (folder / checkpoint.NAME).is_file():
-        return None
-    try:
-        point = checkpoint.load(folder, 1)
-        folders.go_on(folder, point.scene)
-        return point
-    except InputError:
-        return None
 
 
 def _remove(folder: Path | None) -> None:

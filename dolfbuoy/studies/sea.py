@@ -64,5 +64,5 @@ def of_statistics(scene: Scene, seconds: float | None = None) -> str:
     return (
         f"19 times in 20 a standard deviation is known to {', '.join(known)}; {HOURS:g} h maximum, above the mean, "
         f"{'; '.join(largest)}. "
-        "So it is of what follows the sea; snaps and slow drift ask for more, as `dolfbuoy statistics` then says."
+        "So it is of what follows the sea; snaps and slow drift ask for more, see `dolfbuoy statistics`."
     )

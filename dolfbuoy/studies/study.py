@@ -26,9 +26,9 @@ Row = dict[str, Any]  #: of a table; a case, before it is computed
 
 
 def refuse_network(scene: Scene) -> None:
-    """For a study that looks at one line of one piece and one buoy.  Raises InputError."""
+    """Refuse a scene with more than one piece of line or one buoy.  Raises InputError."""
     if max(len(scene.network.pieces), len(scene.network.buoys)) > 1:
-        raise InputError("SCENE: this study looks at one [cable] and one [buoy], and this scene is a network.")
+        raise InputError("SCENE: this study is of one [cable] and one [buoy], and this scene is a network.")
 
 
 @dataclass

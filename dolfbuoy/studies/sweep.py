@@ -31,7 +31,7 @@ from .study import Row
 
 #: Stands for a case that has no result in `status` and `collect`.
 MISSING: Row = {"status": "not computed", "statistics": {}, "sample": None}
-#: Cases of a sweep whose numbers are looked at before it begins, at the least.
+#: Cases of a sweep that `check` examines before it begins, at the least.
 LOOKED_AT = 50
 #: Folder of the cases that are being computed, below that of the sweep.
 RUNNING = Path("cases") / "running"
@@ -124,14 +124,14 @@ def warnings(base: Scene, changes: list[Row]) -> list[str]:
             texts, kinds = [str(error)], refused
         for text in texts:
             kinds.setdefault(re.sub(r"[-+.e\d]*\d", "#", text), []).append((change, text))  # without its numbers
-    looked = "" if len(chosen) == len(changes) else " looked at"
+    looked = "" if len(chosen) == len(changes) else " examined"
     counted = [(cases, f"{len(changes)} cases will not run") for cases in refused.values()]
     counted += [(cases, f"{len(chosen)} cases{looked}") for cases in warned.values()]
     return [f"{len(cases)} of {what}, the first with {in_words(cases[0][0])}: {cases[0][1]}" for cases, what in counted]
 
 
 def _looked_at(changes: list[Row]) -> set[int]:
-    """Numbers of the cases that `check` looks at."""
+    """Numbers of the cases that `check` examines."""
     found = set(range(0, len(changes), max(1, len(changes) // LOOKED_AT)))
     for name in dict.fromkeys(name for change in changes for name in change):
         values = [(change[name], i) for i, change in enumerate(changes) if isinstance(change.get(name), int | float)]

@@ -226,7 +226,7 @@ def test_numbers_of_modes(shapes):
         close(mode["tension"], own.cable_tension)
         largest = factor * np.abs(own.cable_tension.values).max()
         assert mode["scale"]["size"] == pytest.approx(largest)
-        said, unit = mode["scale"]["said"].split()
+        said, unit = mode["scale"]["text"].split()
         assert float(said) * {"N": 1, "kN": 1000}[unit] == pytest.approx(largest, rel=6e-3)
     close(found["view"]["rest"], one.rest_cable_position)
     close(found["view"]["lines"]["s"], one.s)

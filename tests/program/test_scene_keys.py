@@ -114,7 +114,6 @@ NETWORK = {
             "name": "a",
             "material": "rope",
             "to": "Y",
-            **BENT,
             "from_end": UP,
             "segments": [{"length": 1.0, "body": {}}, {"length": 1.0}],
         },

@@ -128,7 +128,7 @@ def test_bars_that_are_small_by_luck_are_found_out(monkeypatch):
 def test_a_finer_run_of_a_long_one_is_compared_where_it_is():
     """Its beginning, not the rest of the run: 13 periods of `driven`, of which the finer run has four."""
     scene = with_settings(
-        cheapest.asked(load_scene("driven", time__end=76.0), ["tension_top.max"], 0.01),
+        cheapest.requested(load_scene("driven", time__end=76.0), ["tension_top.max"], 0.01),
         Space(2, 1, 8),
         Stepping("bdf2", 0.05),
     )
@@ -141,7 +141,7 @@ def test_outputs_that_are_not_there_are_refused_before_anything_runs():
     scene = load_scene("driven")
     for name in ("cone_angle.max", "tension_top.most", "beauty.max", "tension_top"):
         with pytest.raises(InputError, match="must be an output of this scene"):
-            cheapest.asked(scene, [name], 0.01)
+            cheapest.requested(scene, [name], 0.01)
 
 
 def test_advice_for_outputs_on_every_rank_is_the_scene(monkeypatch):

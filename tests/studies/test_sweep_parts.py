@@ -199,7 +199,7 @@ def test_what_will_not_run_is_said_before_the_first_case(tmp_path):
     assert refused.startswith(
         "1 of 10001 cases will not run, the first with waves.amplitude = -1: waves.amplitude = -1"
     )
-    assert steep.startswith("1 of 52 cases looked at, the first with waves.amplitude = 9: The wave (H/lambda")
+    assert steep.startswith("1 of 52 cases examined, the first with waves.amplitude = 9: The wave (H/lambda")
     part, rods = Part(2, 2), plan(ROD, VARY, None)
     run_part(rods, tmp_path / "rods", part, say=lambda sentences: said.extend((s, lines(tmp_path)) for s in sentences))
     ((sentence, before),) = said

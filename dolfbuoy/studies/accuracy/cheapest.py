@@ -1,7 +1,7 @@
 """The cheapest settings for outputs such as largest tensions: a short pilot, what it predicts, and a run with its bars.
 
 The pilot is the beginning of the scene.  In time, every scheme runs on one mesh with steps halved; in space, every
-pair runs at one step with elements doubled.  The bar of each run from the one before it, over what was asked for (its
+pair runs at one step with elements doubled.  The bar of each run from the one before it, over what is required (its
 share), falls with a power of step and elements.  The cheapest settings whose shares make up ENOUGH are run over the
 whole scene with a companion, as `run --bars` does, and compared with a run of half the step and twice the elements.
 Where the error is larger than predicted, their pair and scheme count as so much worse, others by the square root of
@@ -80,7 +80,7 @@ class Share(Curve):
 
 @dataclass
 class Choice:
-    """Settings with their predicted share of what was asked for, and CPU seconds of the steps of the whole run."""
+    """Settings with their predicted share of the required accuracy, and CPU seconds of the steps of the whole run."""
 
     space: Space
     stepping: Stepping
@@ -98,7 +98,7 @@ class Choice:
 
 @dataclass
 class Verified:
-    """Settings whose run over the whole scene has bars within what was asked for."""
+    """Settings whose run over the whole scene has bars within the required accuracy."""
 
     scene: Scene
     accuracy: float
@@ -110,7 +110,7 @@ class Verified:
 
 
 class Pilot:
-    """Runs of the beginning of a scene with [accuracy], each once, and what they say of others."""
+    """Runs of the beginning of a scene with [accuracy], each once, and what they predict of others."""
 
     def __init__(self, scene: Scene, accuracy: float) -> None:
         self.whole, self.accuracy = scene, accuracy
@@ -126,7 +126,7 @@ class Pilot:
         self._rates: dict[tuple[int, int], dict[int, float]] = {}  #: pair -> elements -> seconds of one of these
 
     def measure(self) -> None:
-        """Curves of all schemes and pairs.  Raises SolveError where no run comes near what was asked for."""
+        """Curves of all schemes and pairs.  Raises SolveError where no run comes near the required accuracy."""
         smooth, dearest, steps = is_smooth(self.whole), math.inf, {}
         for scheme, order in ORDERS.items():
             if order > 1 or not smooth:
@@ -198,7 +198,7 @@ class Pilot:
         worse: how many times larger shares were than predicted, by pair and scheme; others: of those not tried.
         """
         best: dict[tuple[str, str], Choice] = {}
-        # 2 % of difference in the number of elements matter to no one
+        # a difference of 2 % in the number of elements does not matter
         spaces = meshes(self.whole, self.in_space, 8, 1.12) if self.mesh.mu else [(self.mesh, 0.0)]
         for space, of_space in spaces:
             for scheme, curve in self.in_time.items():
@@ -216,8 +216,8 @@ class Pilot:
         return sorted(best.values(), key=lambda choice: choice.seconds)
 
 
-def asked(scene: Scene, of: list[str], accuracy: float) -> Scene:
-    """The scene of which outputs are to be so accurate.  Raises InputError for outputs that it does not have."""
+def requested(scene: Scene, of: list[str], accuracy: float) -> Scene:
+    """The scene with the outputs that are to be so accurate.  Raises InputError for outputs that it does not have."""
     scene = load_scene(scene, accuracy={"target": accuracy, "of": of})
     check_names(scene)
     return scene
@@ -229,7 +229,7 @@ def cheapest(scene: Scene, of: list[str], accuracy: float, say: Callable[..., ob
     of: names such as tension_top.max; of none the usual ones.  Raises InputError for outputs that the scene does
     not have, SolveError when no settings can be promised.
     """
-    scene = asked(scene, of, accuracy)
+    scene = requested(scene, of, accuracy)
     pilot = Pilot(scene, accuracy)
     say(f"Pilot until t = {check_time(pilot.scene).end:g} s of {check_time(scene).end:g} s.")
     pilot.measure()
@@ -276,9 +276,9 @@ def _verified(scene: Scene) -> Round | Exception:
 
 
 def _by_a_finer_run(found: Round) -> float:
-    """Largest error over what was asked for, against half of the step and twice the elements where a companion runs.
+    """Largest error over what is required, against half of the step and twice the elements where a companion runs.
 
-    The cheapest settings of many are such whose bars are small by luck: what is left after halving both tells.
+    The cheapest settings of many are such whose bars are small by luck: what is left after halving both shows it.
     """
     scene, stepping = found.scene, stepping_of(found.scene)
     space = space_of(scene)

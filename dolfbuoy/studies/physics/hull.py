@@ -49,7 +49,7 @@ def request(name: str | Scene, periods: str, direction: float | None, capytaine:
     scene = load_scene(name)
     refuse_network(scene)
     if not scene.buoy or scene.sea is None or not scene.gravity:
-        raise InputError("Study hull looks at a floating buoy: the scene needs [buoy], [sea] and gravity.")
+        raise InputError("Study hull is of a floating buoy: the scene needs [buoy], [sea] and gravity.")
     if direction is None:
         direction = scene.waves.direction_deg if scene.waves else 0.0
     if not math.isfinite(direction):
@@ -274,13 +274,13 @@ def study(
 
 
 def _unheld(scene: Scene) -> list[str]:
-    """Why a buoy that has a cable is not looked at without it."""
+    """Reason why a moored buoy is not analysed without its cable."""
     free = _floating(scene)
     if scene.cable is None or (free is not None and free.GM > 0):
         return []
     if free is None:
-        return ["Without its cable this buoy is not looked at: it sinks."]
-    return [f"Without its cable this buoy is not looked at in waves: it does not float upright (GM {free.GM:.3g} m)."]
+        return ["This buoy is not analysed without its cable: it sinks."]
+    return [f"This buoy is not analysed in waves without its cable: it does not float upright (GM {free.GM:.3g} m)."]
 
 
 COLOR = {"moored": COLORS["blue"], "free": COLORS["red"]}

@@ -22,9 +22,9 @@ from ...scene.waves import Waves
 from ...statics.catenary import Array
 from ..study import Row
 
-#: Periods of a run in which the wave grows, in which it settles, and that are looked at; steps in each.
+#: Periods of a run in which the wave grows, in which it settles, and that are evaluated; steps in each.
 GROWING, SETTLING, FITTED, STEPS = 6, 6, 4, 200
-#: Of a run in an irregular sea: peak periods in which it grows and settles, and that are looked at.
+#: Of a run in an irregular sea: peak periods in which it grows and settles, and that are evaluated.
 BEFORE, SEEN = 20, 180
 
 #: How small of the largest of its kind does not count, in a comparison.
