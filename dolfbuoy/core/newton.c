@@ -12,6 +12,7 @@
 static const SNESConvergedReason NOT_FINITE = (SNESConvergedReason)-4;
 
 /* Of linear solves without a check, and with one. */
+static const double STAGNANT = 0.3;  /* factor of the residual's norm in an iteration where it falls no more */
 static const KSPNormType LINEAR_NORM[2] = {KSP_NORM_NONE, KSP_NORM_UNPRECONDITIONED};
 
 static double larger(double a, double b)
@@ -225,12 +226,14 @@ static PetscErrorCode judge(numbers *n, SNES snes, PetscInt iteration, double st
     Vec update;
     PetscReal increment, length;
     PetscInt most;
-    double shrinking = 0, ratio = 1;
+    double shrinking = 0, ratio = 1, drop = norm / larger(n->last_norm, 1e-300);
+    bool at_rounding;
     *reason = isfinite(norm) ? SNES_CONVERGED_ITERATING : NOT_FINITE;
     if (!isfinite(norm))
         return 0;
     if (iteration == 0) {
         n->last_norm = norm;
+        n->last_drop = 1;
         return 0;
     }
     TRY(SNESGetSolutionUpdate(snes, &update));
@@ -241,12 +244,15 @@ static PetscErrorCode judge(numbers *n, SNES snes, PetscInt iteration, double st
     }
     if (iteration > 1) {
         shrinking = increment / larger(n->last_increment, 1e-300);
-        ratio = larger(shrinking, norm / larger(n->last_norm, 1e-300));
+        ratio = larger(shrinking, drop);
         ratio = ratio < 1 ? ratio : 1;
     }
     n->last_increment = increment;
+    /* Rounding: a residual that fell fast and falls no more; a matrix that is too old lets it fall evenly. */
+    at_rounding = increment <= n->tolerance && drop > STAGNANT && n->last_drop < n->fast;
     n->last_norm = norm;
-    if (increment * ratio <= n->tolerance * (n->kept ? n->margin : 1)) {
+    n->last_drop = drop;
+    if (at_rounding || increment * ratio <= n->tolerance * (n->kept ? n->margin : 1)) {
         *reason = SNES_CONVERGED_SNORM_RELATIVE;
         return 0;
     }

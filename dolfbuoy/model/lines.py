@@ -390,8 +390,10 @@ class Lines(Layout, Masses):
             means = first + self.mean_dofs
             blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
         if self.moment_dofs is not None:
+            # Rows are angles times EI: the stiffer the line, the more they count in the norm that must fall.
             EI = float(self.typical_EI.value)
-            blocks.append(Block("cable moment", first + self.moment_dofs.ravel(), EI / L, EI / 100, unit="N m"))
+            share = 1.0 if self.dynamic else min(max(0.01 * force * L**2 / EI, 0.01), 1.0)
+            blocks.append(Block("cable moment", first + self.moment_dofs.ravel(), EI / L, EI * share, unit="N m"))
         return blocks
 
     def one_sided_rows(self, force: float) -> OneSidedRows:

@@ -36,6 +36,11 @@ from .wet_hull import SUBMERGED
 COLLECTED = 16
 
 
+#: Where lines bend an iteration that brings the residual down by this and the next by nothing has come to rounding,
+#: which the angles of long lines have so much of that increments with a kept matrix would not get below the tolerance.
+FAST = 1e-4
+
+
 class Problem:
     """Lines, bodies at their joints, buoys, their attachments, and the system that couples them.
 
@@ -95,6 +100,8 @@ class Problem:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
+        if any(piece.section.bending_stiffness for piece in self.network.pieces):
+            self.newton.numbers.fast = FAST
         if self.lines and self.lines.turnable.any():
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
