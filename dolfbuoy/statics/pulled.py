@@ -91,9 +91,8 @@ class _Laying:
             lines.bed.hold(places)
         if self.problem.bodies:
             self.problem.bodies.bed.begin(self.u)
-        firsts: dict[
-            int, tuple[int, Array, GroundedLength]
-        ] = {}  # piece -> (end held on the bed, its place, what lies)
+        #: Piece -> (end that is held on the bed, its place, lying part of the piece).
+        firsts: dict[int, tuple[int, Array, GroundedLength]] = {}
         for piece, end, _ in self.lines.held_ends():
             place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
             if lies.length and self.bed.gap(place) <= lies.sag:
