@@ -94,7 +94,17 @@ def _depth(tables: Tables, places: list[tuple[int, float, str]], note: Callable[
 
 def _bed(tables: Tables, note: Callable[..., Any]) -> dict[str, float]:
     where, stiffness = _number(tables, *STIFFNESS, default=KBOT)
-    line, friction = _friction(tables, note)
+    line, friction = _number(tables, *FRICTION)
+    if friction is None:
+        line, across = _number(tables, *ACROSS, default=0.0)
+        other, friction = _number(tables, *ALONG, default=0.0)
+        line = other or line
+        if across != friction:
+            note(
+                line,
+                f"friction differs across lines (MU_KT = {across:g}) and along them (MU_KA = {friction:g}); here it "
+                "does not: that along them is taken",
+            )
     if stiffness < 0:
         raise InputError(f"line {where}: kBot is {stiffness:g}: must be 0 or above.")
     if stiffness == 0:
@@ -102,18 +112,3 @@ def _bed(tables: Tables, note: Callable[..., Any]) -> dict[str, float]:
             note(line, "there is no bed (kBot = 0), and no friction on it")
         return {}
     return {"stiffness": stiffness} | ({"friction": friction} if friction else {})
-
-
-def _friction(tables: Tables, note: Callable[..., Any]) -> tuple[int | None, float]:
-    line, friction = _number(tables, *FRICTION)
-    if friction is not None:
-        return line, friction
-    line, across = _number(tables, *ACROSS, default=0.0)
-    other, along = _number(tables, *ALONG, default=0.0)
-    if across != along:
-        note(
-            other or line,
-            f"friction differs across lines (MU_KT = {across:g}) and along them (MU_KA = {along:g}); here it does not: "
-            "that along them is taken",
-        )
-    return other or line, along

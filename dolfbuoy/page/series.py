@@ -120,7 +120,11 @@ def spectra(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
                 densities, period = spectra_of(record, scene, f"spectrum of the {title}", curves)
             except TooShort:
                 continue
-            found.append(_spectrum(name, title, unit, densities, period))
+            f, (end, low, high) = densities[0][1], window_of(densities, period)
+            kept = f <= end  # beyond nothing is seen any more
+            packed = [{"name": label, "values": single(S[kept])} for label, _, S in densities]
+            one = {"part": name, "title": title, "unit": unit, "frequency": single(f[kept]), "curves": packed}
+            found.append(one | {"drive": 1 / period if period else None, "low": low, "high": high})
     return found
 
 
@@ -134,14 +138,3 @@ def _quantities(record: xr.Dataset) -> Iterator[tuple[str, str, list[tuple[str, 
         yield "position of C", "m", list(zip("xyz", record.buoy_position.values.T, strict=True))
     if "angle" in found:
         yield "angles", *found["angle"][1:]
-
-
-def _spectrum(
-    part: str, title: str, unit: str, densities: list[tuple[str, NDArray[Any], NDArray[Any]]], period: float | None
-) -> dict[str, Any]:
-    """A spectrum as the page draws it, cut where nothing is seen any more."""
-    f, (end, low, high) = densities[0][1], window_of(densities, period)
-    kept = f <= end
-    curves = [{"name": label, "values": single(S[kept])} for label, _, S in densities]
-    found = {"part": part, "title": title, "unit": unit, "frequency": single(f[kept]), "curves": curves}
-    return found | {"drive": 1 / period if period else None, "low": low, "high": high}

@@ -166,7 +166,10 @@ class _Ends:
             if problem.network.pieces[k].section.tension_degree:
                 self._weight[2 * i : 2 * i + 2] = -np.inf
                 continue
-            own = _outermost(lines, mine)
+            middles, sizes = lines.cell_ends[mine].mean(axis=1), np.diff(lines.cell_ends[mine], axis=1)[:, 0]
+            order = np.argsort(middles)  # (middle, length) -> dof of T of the two elements nearest to either end
+            nearest = (*order[:2], *order[-2:])
+            own = {(float(middles[c]), float(sizes[c])): lines.T_dofs[mine[c], 0] for c in nearest}
             every = sorted({place for places in self.comm.allgather(list(own)) for place in places})
             for end, ((s, size), (other, _)) in enumerate((every[:2] * 2)[:2] for every in (every, every[::-1])):
                 beyond = size / 2 / abs(other - s) if other != s else 0.0
@@ -182,13 +185,6 @@ class _Ends:
         if self.comm.size > 1:
             self.comm.Reduce(found.copy(), found)
         return np.asarray((found + self._weight).reshape(-1, 2).max(axis=1))
-
-
-def _outermost(lines: Any, cells: NDArray[Any]) -> dict[tuple[float, float], int]:
-    """(middle, length) -> dof of T of the two elements that are nearest to either end, of these."""
-    middles, sizes = lines.cell_ends[cells].mean(axis=1), np.diff(lines.cell_ends[cells], axis=1)[:, 0]
-    order = np.argsort(middles)
-    return {(float(middles[c]), float(sizes[c])): lines.T_dofs[cells[c], 0] for c in (*order[:2], *order[-2:])}
 
 
 def rows_of(record: xr.Dataset) -> list[tuple[str, str, str]]:

@@ -75,7 +75,13 @@ def exceedance(statistics: xr.Dataset) -> Figure:
             peaks, share = statistics[f"{name}_peak"].values[mine], statistics[f"{name}_peak_exceedance"].values[mine]
             label = f"set {k}" if statistics.sizes["set"] > 1 else "peaks"
             axes.plot(factor * peaks, share, ".", ms=3, color=PALETTE[k], label=label)
-            _rayleigh(axes, statistics, name, k, factor, share.min(initial=1.0))
+            mine = statistics.set_of_run.values == k
+            mean = statistics[f"{name}_mean"].values[mine].mean()
+            deviation = np.sqrt((statistics[f"{name}_standard_deviation"].values[mine] ** 2).mean())
+            share = np.geomspace(1.0, 0.5 * share.min(initial=1.0), 100)
+            look = {"lw": 0.8, "color": COLORS["ink"], "alpha": 0.6}
+            look |= {} if k else {"label": "Rayleigh, narrow band"}
+            axes.plot(factor * (mean + deviation * np.sqrt(-2 * np.log(share))), share, "-", **look)
         axes.set(yscale="log", xlabel=text, ylabel="share of higher peaks")
     return _with_legend(figure, panels)
 
@@ -87,16 +93,6 @@ def _with_legend(figure: Figure, panels: list[tuple[Any, str, str, float, xr.Dat
         handles = axes.get_legend_handles_labels()[0]
         legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
     return figure
-
-
-def _rayleigh(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: float, lowest: float) -> None:
-    mine = statistics.set_of_run.values == k
-    mean = statistics[f"{name}_mean"].values[mine].mean()
-    deviation = np.sqrt((statistics[f"{name}_standard_deviation"].values[mine] ** 2).mean())
-    share = np.geomspace(1.0, 0.5 * lowest, 100)
-    line = mean + deviation * np.sqrt(-2 * np.log(share))
-    label = None if k else "Rayleigh, narrow band"
-    axes.plot(factor * line, share, "-", lw=0.8, color=COLORS["ink"], alpha=0.6, label=label)
 
 
 def cycles(statistics: xr.Dataset) -> Figure:

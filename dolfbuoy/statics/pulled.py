@@ -91,7 +91,12 @@ class _Laying:
             lines.bed.hold(places)
         if self.problem.bodies:
             self.problem.bodies.bed.begin(self.u)
-        firsts = self._held_on_bed()
+        #: Piece -> (end that is held on the bed, its place, lying part of the piece).
+        firsts: dict[int, tuple[int, Array, GroundedLength]] = {}
+        for piece, end, _ in self.lines.held_ends():
+            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
+            if lies.length and self.bed.gap(place) <= lies.sag:
+                firsts.setdefault(piece, (end, place, lies))
         self.seen = set(firsts)
         for piece, (near, place, found) in firsts.items():
             self.root, laid = piece, self._follow(piece, near, found)
@@ -109,15 +114,6 @@ class _Laying:
             if abs(rest) > LEFT * T:
                 self.left[piece] = self.left.get(piece, 0.0) + rest
         return self.left != before
-
-    def _held_on_bed(self) -> dict[int, tuple[int, Array, GroundedLength]]:
-        """Piece -> (end that is held on the bed, its place, lying part of the piece)."""
-        found: dict[int, tuple[int, Array, GroundedLength]] = {}
-        for piece, end, _ in self.lines.held_ends():
-            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
-            if lies.length and self.bed.gap(place) <= lies.sag:
-                found.setdefault(piece, (end, place, lies))
-        return found
 
     def _follow(self, piece: int, near: int, found: GroundedLength) -> Laid:
         """GroundedLength part of a piece and, over its far end, of those onward."""
@@ -142,7 +138,12 @@ class _Laying:
     def _pull(self, laid: Laid, least: float = 0.0) -> float:
         """Tension at the far end of what lies, not below `least` where it comes through onward parts [N]."""
         if len(laid.onward) == 1 and len(self.meetings[laid.joint]) == 2:
-            return max(max(self._at_end(laid.onward[0]), least) - self._fall_at(laid), least)
+            T = max(self._at_end(laid.onward[0]), least)
+            if laid.joint in self.problem.network.bodies:
+                bodies = self.problem.bodies  # of the first rank
+                pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
+                T -= float(pressure * (self.mu + laid.along[2] / self.n[2]))
+            return max(T, least)
         section = self.lines.sections[laid.piece]
         T = self.problem.tension_at(laid.end if laid.near == 0 else section.length - laid.end, laid.piece)
         return T + self.left.get(self.root, 0.0)
@@ -154,14 +155,6 @@ class _Laying:
     def _at_end(self, laid: Laid) -> float:
         """Tension that comes through what lies; negative where it dies before [N]."""
         return self._pull(laid) - max(self._fall(laid), 0.0) * (laid.end - laid.begin)
-
-    def _fall_at(self, laid: Laid) -> float:
-        """Fall of the tension at a body that lies at the far end [N]."""
-        if laid.joint not in self.problem.network.bodies:
-            return 0.0
-        bodies = self.problem.bodies  # of the first rank
-        pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
-        return float(pressure * (self.mu + laid.along[2] / self.n[2]))
 
     def _hold(self, laid: Laid, base: Array) -> None:
         """Friction holds on along a piece that was laid from `base` on, and along those onward."""
