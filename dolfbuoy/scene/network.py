@@ -243,7 +243,7 @@ class _Resolver:
             if fairlead not in points:
                 raise Wrong(key, place, f"must be one of the fairleads of {buoy}: {', '.join(points)}")
             self.used.add(buoy)
-            held = self.vessels[buoy].held(fairlead)
+            held = self.vessels[buoy].held(fairlead, self.scene)
             return End(held.kind, held, place)
         if buoy == "buoy" and len(self.buoys) == 1:
             buoy = next(iter(self.buoys))
