@@ -296,6 +296,8 @@ class Session:
                 offset: Any = attachment.offset
                 T_O = FIELDS.of(u[attachment.slice]).force
                 force, moment = force + T_O, moment + np.cross(R @ offset.value, T_O)
+                if attachment.clamp is not None:
+                    moment = moment + attachment.clamp.torque_of(u)
             found = Wrench(force, moment)
         return Wrench(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
 

@@ -161,6 +161,12 @@ def test_what_no_vessel_can_be_is_refused(keys, sentence):
         load_scene(changed(**keys))
 
 
+def test_an_end_has_no_direction_on_a_vessel_which_would_turn_it():
+    stiff = {**SCENE["cable"][0], "bending_stiffness": 10.0, "to_end": {"direction": [0.0, 0.0, 1.0]}}
+    with pytest.raises(InputError, match=r"to_end.direction = .*: goes with an end that is held, free or on a buoy"):
+        load_scene(SCENE | {"cable": [stiff, *SCENE["cable"][1:]]})
+
+
 def test_a_vessel_holds_something_and_has_a_name_of_its_own():
     lone = [{**SCENE["vessel"][0], "name": "other"}]
     with pytest.raises(InputError, match=r"vessel.name = 'other': holds no cable"):
