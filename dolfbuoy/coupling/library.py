@@ -14,19 +14,6 @@ from ..core.build import Unit, shared_library
 FOLDER = Path(__file__).parent
 HEADER, LIBRARY = "dolfbuoy.h", "libdolfbuoy.so"
 
-#: Before anything else: extension modules look for Python's functions among those of all libraries, where a host that
-#: loads this one later does not put them.  A host that is Python has its own.
-FIRST = """
-#define _GNU_SOURCE
-#include <dlfcn.h>
-__attribute__((constructor)) static void share_python(void)
-{{
-    if (!dlsym(RTLD_DEFAULT, "Py_IsInitialized"))
-        dlopen("{python}", RTLD_LAZY | RTLD_GLOBAL);
-}}
-#include "dolfbuoy.h"
-"""
-
 #: In the Python that is embedded: what this one imports, before what the system has.
 START = """
 import site, sys
@@ -55,8 +42,12 @@ def build(target: Path, more: Sequence[Path] = (), options: Sequence[str] = ()) 
     builder.embedding_init_code(START.format(folder=sysconfig.get_path("purelib"), name=name))
     with TemporaryDirectory() as folder:
         glue = Path(folder) / "glue.c"
-        recompiler.make_c_source(builder, name, FIRST.format(python=known("INSTSONAME")), str(glue))
-        places = [f"-I{FOLDER}", *(f"-isystem{sysconfig.get_path(kind)}" for kind in ("include", "platinclude"))]
+        recompiler.make_c_source(builder, name, '#include "embedded.h"', str(glue))
+        places = [
+            f"-I{FOLDER}",
+            f'-DPYTHON_LIBRARY="{known("INSTSONAME")}"',
+            *(f"-isystem{sysconfig.get_path(kind)}" for kind in ("include", "platinclude")),
+        ]
         units = [Unit(file, [*places, *options]) for file in (glue, *more)]
         libraries = [f"-L{known('LIBDIR')}", f"-lpython{known('LDVERSION')}", "-ldl"]
         shared_library(target, units, libraries)

@@ -7,9 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
+
 Array = NDArray[Any]
 Numbers = Sequence[float]
 
+#: Largest number that is taken as a coordinate [m], and as a load [N, N m].
+FARTHEST, LARGEST = 1e9, 1e15
 #: Parts of a step by which two times may differ and be one.
 SAME = 1e-9
 
@@ -21,6 +25,13 @@ class BodyState(NamedTuple):
     orientation: Array
     velocity: Array
     angular_velocity: Array
+
+
+class PointState(NamedTuple):
+    """Position [m] and velocity [m/s] of a point."""
+
+    position: Array
+    velocity: Array
 
 
 class Wrench(NamedTuple):
@@ -158,3 +169,16 @@ def product(p: Numbers, q: Numbers) -> list[float]:
         a * y - b * z + c * w + d * x,
         a * z + b * y - c * x + d * w,
     ]
+
+
+def numbers_of(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
+    """Numbers of a caller as a list; None stays None.  Raises InputError."""
+    if value is None:
+        return None
+    try:
+        found = [float(x) for x in value]
+    except (TypeError, ValueError):
+        found = []
+    if len(found) != count or not all(-most <= x <= most for x in found):
+        raise InputError(f"{key} = {value}: must be {count} numbers of {most:g} at most.")
+    return found

@@ -29,13 +29,12 @@ from ..results.observe import Observer
 from ..results.recorder import Recorder
 from ..scene import load_scene
 from . import names
-from .paths import Array, BodyState, Path, Pose, Wrench
+from .forces import Force, state_of
+from .paths import LARGEST, Array, BodyState, Path, Pose, Wrench, numbers_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
-#: Largest number that is taken as a coordinate [m], and as a load [N, N m].
-FARTHEST, LARGEST = 1e9, 1e15
 #: What belongs to an instant besides the Simulation.
 _OWN = ("_series", "_required", "_targets")
 
@@ -113,6 +112,7 @@ class Session:
             names.check_body(network, name)
         self.paths: dict[str, Path] = {}
         self._targets: dict[str, tuple[Any, ...]] = {}
+        self._forces: dict[str, Force] = {}
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
         self._open.callback(self.simulation.problem.destroy)
@@ -158,11 +158,11 @@ class Session:
         path.function = position if callable(position) else None
         if path.function is not None:
             return
-        place, speed = _numbers("position", position, 3), _numbers("velocity", velocity, 3)
+        place, speed = numbers_of("position", position, 3), numbers_of("velocity", velocity, 3)
         if isinstance(path, Pose):
             if orientation is None or (velocity is None) != (angular_velocity is None):
                 raise InputError(f"{name!r} needs position and orientation, and velocity and angular_velocity or none.")
-            turn, spin = _numbers("orientation", orientation, 4), _numbers("angular_velocity", angular_velocity, 3)
+            turn, spin = numbers_of("orientation", orientation, 4), numbers_of("angular_velocity", angular_velocity, 3)
             if not any(turn):
                 raise InputError("orientation: must not be the zero quaternion.")
             self._targets[name] = place, turn, speed, spin
@@ -175,14 +175,25 @@ class Session:
         """Put a force [N] and a moment [N m] (world frame) on a part, from the next step on until another call.
 
         name: a buoy that is not driven, with the force at C; a free joint, or "CABLE.to" that is free, without moment.
-        The load is that at the end of every step, where the equations are solved.
+        The load is that at the end of every step, where the equations are solved.  force: or a function (t, state) ->
+        force, of a buoy perhaps (force, moment), that belongs to the equations: it is evaluated in Newton's method with
+        a derivative by differences, state being a BodyState, or a PointState.
         """
-        pull, turn = (_numbers(key, x, 3, LARGEST) for key, x in (("force", force), ("moment", moment)))
-        count, rows = names.loaded_rows(self.simulation.problem, name, self.paths)
-        if any(turn) and count < 6:
+        given = None
+        if not callable(force):
+            given = [numbers_of(key, x, 3, LARGEST) for key, x in (("force", force), ("moment", moment))]
+        problem = self.simulation.problem
+        count, rows = names.loaded_rows(problem, name, self.paths)
+        if given and any(given[1]) and count < 6:
             raise InputError(f"moment: {name!r} is a point of a line, which takes none.")
-        if len(rows):
-            self.simulation.system.loads[rows] = [-x for x in (*pull, *turn)][:count]
+        if given is None and len(rows):
+            if name not in self._forces:
+                self._forces[name] = Force(self.simulation, rows, problem.buoys.get(name))
+            self._forces[name].function, self.simulation.newton.numbers.valid = force, False
+        elif given is not None and len(rows):
+            if name in self._forces:
+                self._forces[name].stop()
+            self.simulation.system.loads[rows] = [-x for pair in given for x in pair][:count]
 
     def step(self, dt: float | None = None) -> None:
         """Go on by dt [s], by default the scene's step.  Steps of one size are counted: k dt is the time, not a sum."""
@@ -221,6 +232,7 @@ class Session:
         state = _copied(simulation.state())
         own = {name: _copied(getattr(self, name)) for name in _OWN}
         own["loads"] = simulation.system.loads.copy() if "loads" in vars(simulation.system) else 0.0
+        own["functions"] = {name: force.function for name, force in self._forces.items()}
         own["paths"] = {name: dict(vars(path)) for name, path in self.paths.items()}
         mark = self._recorder.mark() if self._recorder is not None else None
         return Saved(id(self), state, simulation.newton.numbers.assembled, own, mark)
@@ -245,6 +257,9 @@ class Session:
             vars(path).update(saved.own["paths"][name])
         if "loads" in vars(self.simulation.system):
             self.simulation.system.loads[:] = saved.own["loads"]
+        for name, force in self._forces.items():
+            force.stop()
+            force.function = saved.own["functions"].get(name)
         if self._recorder is not None and saved.mark is not None:
             self._recorder.rewind(saved.mark)
 
@@ -281,6 +296,8 @@ class Session:
                 offset: Any = attachment.offset
                 T_O = FIELDS.of(u[attachment.slice]).force
                 force, moment = force + T_O, moment + np.cross(R @ offset.value, T_O)
+                if attachment.clamp is not None:
+                    moment = moment + attachment.clamp.torque_of(u)
             found = Wrench(force, moment)
         return Wrench(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
 
@@ -298,10 +315,7 @@ class Session:
         problem, found = self.simulation.problem, None
         held = problem.buoys.get(self._buoy(buoy))
         if held is not None:
-            y = MOTION.of(problem.system.u[held.part.slice])
-            R, inertia = rotation_of(y.orientation), np.array(held.mass.inertia)
-            spin = R @ ((R.T @ y.angular_momentum) / inertia)
-            found = BodyState(y.position.copy(), y.orientation.copy(), y.momentum / held.mass.mass, spin)
+            found = state_of(held, problem.system.u[held.part.slice])
         return BodyState(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
 
     def values(self) -> dict[str, Array]:
@@ -374,19 +388,6 @@ class Session:
         with self._open:
             if recorder is not None:
                 recorder.close()
-
-
-def _numbers(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
-    """Numbers of a caller as a list; None stays None.  Raises InputError."""
-    if value is None:
-        return None
-    try:
-        found = [float(x) for x in value]
-    except (TypeError, ValueError):
-        found = []
-    if len(found) != count or not all(-most <= x <= most for x in found):
-        raise InputError(f"{key} = {value}: must be {count} numbers of {most:g} at most.")
-    return found
 
 
 def _copied(tree: Any) -> Any:

@@ -77,7 +77,7 @@ def components_of(waves: Waves) -> Components:
 
     Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
     """
-    return _remembered(partial(_components_of, waves), waves)
+    return remembered(partial(_components_of, waves), waves)
 
 
 def sea_of(scene: Scene) -> Components:
@@ -88,7 +88,7 @@ def sea_of(scene: Scene) -> Components:
     """
     if scene.waves.crest is None:
         return components_of(scene.waves)
-    return _remembered(partial(_with_crest, scene), scene.waves, scene.sea, scene.current, scene.gravity, "crest")
+    return remembered(partial(_with_crest, scene), scene.waves, scene.sea, scene.current, scene.gravity, "crest")
 
 
 def _with_crest(scene):
@@ -110,7 +110,8 @@ def _with_crest(scene):
 _KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=8)
 
 
-def _remembered(make: Callable[[], Any], *sections: Any) -> Any:
+def remembered(make: Callable[[], Any], *sections: Any) -> Any:
+    """Return what was made of these very sections before, else make it."""
     for known, found in _KNOWN:
         if len(known) == len(sections) and all(map(operator.is_, known, sections)):
             return found
@@ -217,7 +218,7 @@ def stream_wave(scene: Scene) -> StreamWave:
 
     Raises InputError near breaking.
     """
-    return _remembered(partial(_stream_wave, scene), scene.waves, scene.sea, scene.current, scene.gravity, "stream")
+    return remembered(partial(_stream_wave, scene), scene.waves, scene.sea, scene.current, scene.gravity, "stream")
 
 
 def _stream_wave(scene):
@@ -305,7 +306,7 @@ class AirySum:
     @classmethod
     def of(cls, scene: Scene) -> "AirySum":
         """Sum of a scene's waves, irregular or not."""
-        return _remembered(partial(cls._of, scene), scene.waves, scene.sea, scene.current, scene.gravity)
+        return remembered(partial(cls._of, scene), scene.waves, scene.sea, scene.current, scene.gravity)
 
     @classmethod
     def _of(cls, scene):

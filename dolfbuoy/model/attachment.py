@@ -159,6 +159,15 @@ class Clamp:
             t_b = bending.sprung_direction(t_b, known.moment, self._spring_of_body, self.end)
         return bending.end_torque(known.moment, t_b, self.end)
 
+    def torque_of(self, u: np.ndarray) -> np.ndarray:
+        """The same in numbers, of local unknowns, on the body's rank."""
+        known = CLAMPED.of(u[self.slice])
+        t_b = known.direction
+        if self._spring_of_body is not None:
+            t_b = known.direction + (1 - 2 * self.end) * known.moment / self._spring_of_body.value
+            t_b = t_b / np.linalg.norm(t_b)
+        return (2 * self.end - 1) * np.cross(known.moment, t_b)
+
     def energy(self) -> tuple[Expr, ufl.Measure]:
         """(energy of its spring [J] as UFL, measure of the end)."""
         m, t_0 = ufl.split(self._lines.w)[-1], CLAMPED.split(self._on_line).direction

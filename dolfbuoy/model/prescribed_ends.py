@@ -9,6 +9,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.cable import EndDirection, Top
+from ..scene.vessel import Riding
 from ..solver.vector_ops import copies, work
 from . import Array
 from .airy import ramp
@@ -17,6 +18,11 @@ from .airy import ramp
 def motion_of(top: Top) -> Callable[[float], list[float]]:
     """r_bnd(t) [m] of a scene's section cable.top, fixed or prescribed."""
     position = list(map(float, top.position))
+    if isinstance(top, Riding):
+        from .riding import rider_of  # waves and vessels: only where there are any
+
+        rider, fairlead = rider_of(top), top.fairlead
+        return lambda t: rider.place(fairlead, t)
     if top.kind != "prescribed":
         return lambda t: position
     if top.motion:

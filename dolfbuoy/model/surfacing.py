@@ -20,6 +20,8 @@ import numpy as np
 from ..scene import Scene
 from ..scene.cable import Top
 from ..scene.network import Network
+from ..scene.vessel import Riding
+from .riding import rider_of
 from .rigid import mass_properties, shape_of, weight_per_length
 from .sea import crest_height
 
@@ -75,6 +77,9 @@ def _heights(scene: Scene) -> dict[Node, float]:
 
 def _highest(scene: Scene, top: Top) -> float:
     """Height of a held end over a run [m]."""
+    if isinstance(top, Riding):
+        given = max([0.0, *(row[3] for row in top.vessel.motion or [])])
+        return top.position[2] + given + rider_of(top).rise(top.fairlead)
     z = top.position[2] + abs(top.amplitude[2] if top.amplitude else 0.0)
     if top.motion:
         z += max(0.0, *(row[3] for row in top.motion))

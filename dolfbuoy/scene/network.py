@@ -188,12 +188,11 @@ class _Resolver:
             low = replace(low, clamp=self._clamp(place, line.from_end, f"{key}.from_end"))
             high = replace(self._high(name, line), clamp=self._clamp(line.to, line.to_end, f"{key}.to_end"))
             pieces += self._chain(number, name, line, sections, (low, high))
-        for name in self.joints:
+        for key, name in [*(("joint", name) for name in self.joints), *(("vessel", name) for name in self.vessels)]:
             if name not in self.used:
-                raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
-        for name in self.vessels:
-            if name not in self.used:
-                raise Wrong("vessel.name", name, "holds no cable: name a fairlead of it in from or to of a [[cable]]")
+                raise Wrong(
+                    f"{key}.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out"
+                )
         # each buoy with its own wind, external force and start; those of the scene serve the only one
         buoys, alone, start = {}, len(self.buoys) == 1, type(self.scene.initial).model_construct()
         for name, buoy in self.buoys.items():
@@ -255,7 +254,7 @@ class _Resolver:
             if fairlead not in points:
                 raise Wrong(key, place, f"must be one of the fairleads of {buoy}: {', '.join(points)}")
             self.used.add(buoy)
-            held = self.vessels[buoy].held(fairlead)
+            held = self.vessels[buoy].held(fairlead, self.scene)
             return End(held.kind, held, place)
         if buoy == "buoy" and len(self.buoys) == 1:
             buoy = next(iter(self.buoys))

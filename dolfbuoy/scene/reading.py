@@ -213,7 +213,15 @@ def _read(scene: str | Path | dict[str, Any] | Scene) -> dict[str, Any]:
 
 #: Keys whose text is the name of a file.
 FILES = frozenset(
-    {"cable.elements", "cable.segments.elements", "cable.top.motion", "joint.motion", "vessel.motion", "library"}
+    {
+        "cable.elements",
+        "cable.segments.elements",
+        "cable.top.motion",
+        "joint.motion",
+        "vessel.motion",
+        "vessel.raos",
+        "library",
+    }
     | {"waves.spectrum", "waves.components", "waves.elevation"}
 )
 

@@ -243,6 +243,11 @@ class Scene(Section):
             )
         if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
             raise Missing("waves.wavelength", "without gravity no dispersion relation gives it")
+        if any(vessel.raos for vessel in self.vessel or []):
+            if self.waves is None:
+                raise Missing("waves", "vessel.raos are of a response to them")
+            if self.waves.theory == "stream":
+                raise Wrong("waves.theory", "stream", "does not go with vessel.raos, which are linear")
         need("seabed", "sea", "its depth says where the bed is")
         need("seabed", "cable", "it carries lines")
         if self.seabed is not None and self.gravity == 0:

@@ -4,13 +4,13 @@ import math
 from itertools import pairwise
 from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
 from . import quantities as q
 from .cable import FASTEST, MOST_ROWS, EndDirection, Top, rising
 from .quantities import Wrong
 from .section import Section, key
-from .wave_files import motions_of
+from .wave_files import columns_of, motions_of
 
 _number = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Row = Annotated[
@@ -21,6 +21,12 @@ Motions = Annotated[
     Field(min_length=2, max_length=MOST_ROWS),
     AfterValidator(rising("must hold rows of growing time")),
     BeforeValidator(motions_of),
+]
+_Operator = Annotated[tuple[_number, ...], BeforeValidator(q.finite_numbers(14))]
+Operators = Annotated[
+    list[_Operator],
+    Field(min_length=1, max_length=MOST_ROWS),
+    BeforeValidator(columns_of(14, "a table, or the name of a file")),
 ]
 #: Turns of a vessel from row to row [deg] beyond which points between rows are no longer where they belong.
 WIDEST = 90.0
@@ -41,6 +47,11 @@ class Vessel(Section):
         default=None,
     )
     ramp: q.Duration = key("ramp-up time of the motion", "s", default=0.0)
+    raos: Operators | None = key(
+        "rows [period, direction, size, phase of surge ... yaw per metre of wave], or a file; see coupling",
+        "s, m, deg",
+        default=None,
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -51,23 +62,37 @@ class Vessel(Section):
         for before, after in pairwise(self.motion or []):
             if any(abs(b - a) > WIDEST for a, b in zip(before[4:], after[4:], strict=True)):
                 raise Wrong("motion", "[...]", f"must not turn by more than {WIDEST:g} degrees from row to row")
+        self._check_operators()
         for name in self.fairleads:
             path = self.held(name).motion or []
             if any(math.dist(a[1:], b[1:]) > FASTEST * (b[0] - a[0]) for a, b in pairwise(path)):
                 raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
         return self
 
-    def held(self, fairlead: str) -> Top:
-        """Boundary condition of an end of a line at a fairlead."""
+    def _check_operators(self) -> None:
+        """Raise Wrong unless there is a row for each of some periods and directions, once."""
+        pairs = [row[:2] for row in self.raos or []]
+        periods, angles = {period for period, _ in pairs}, {angle for _, angle in pairs}
+        if any(period <= 0 for period in periods) or any(not -360 <= angle <= 360 for angle in angles):
+            raise Wrong("raos", "[...]", "must have positive periods, and directions from -360 to 360 degrees")
+        if len({angle % 360 for angle in angles}) < len(angles) or len(set(pairs)) < len(pairs):
+            raise Wrong("raos", "[...]", "must have each period and direction once")
+        if len(pairs) != len(periods) * len(angles):
+            raise Wrong("raos", "[...]", "must have a row for every period in every direction")
+
+    def held(self, fairlead: str, scene: Any = None) -> Top:
+        """Boundary condition of an end of a line at a fairlead; scene: whose waves it rides if it has operators."""
         point = self.fairleads[fairlead]
-        rest = _turned(point, 0.0, 0.0, self.heading_deg)
+        rest = turned(point, 0.0, 0.0, self.heading_deg)
         x, y, z = (a + b for a, b in zip(self.position, rest, strict=True))
         position = x, y, z
+        if self.raos is not None and scene is not None:
+            return Riding(kind="prescribed", position=position).on(self, fairlead, scene)
         if self.motion is None:
             return Top(kind="fixed", position=position)
         rows = []
         for t, *shift, roll, pitch, yaw in self.motion:
-            arm = _turned(point, roll, pitch, self.heading_deg + yaw)
+            arm = turned(point, roll, pitch, self.heading_deg + yaw)
             rows.append((t, *(s + a - r for s, a, r in zip(shift, arm, rest, strict=True))))
         known: dict[str, Any] = {"kind": "prescribed", "position": position, "motion": rows, "ramp": self.ramp}
         return Top.model_construct(**known)
@@ -76,14 +101,47 @@ class Vessel(Section):
         """Direction of an end of a line that turns with the vessel, in the frame of the world."""
         if given is None or given.direction is None:
             return given
+        if self.raos is not None:
+            allowed = f"does not go with {self.name}, whose raos turn it in waves: give the vessel a motion, or a pin"
+            raise Wrong("cable.direction", list(given.direction), allowed)
         if self.motion is None:
-            turned = _turned(given.direction, 0.0, 0.0, self.heading_deg)
-            return given.model_copy(update={"direction": tuple(turned)})
-        rows = [(row[0], *_turned(given.direction, row[4], row[5], self.heading_deg + row[6])) for row in self.motion]
+            along = turned(given.direction, 0.0, 0.0, self.heading_deg)
+            return given.model_copy(update={"direction": tuple(along)})
+        rows = [(row[0], *turned(given.direction, row[4], row[5], self.heading_deg + row[6])) for row in self.motion]
         return given.model_copy(update={"direction": None, "motion": rows, "ramp": self.ramp})
 
 
-def _turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:
+class Riding(Top):
+    """An end of a line on a vessel that rides the waves of a scene."""
+
+    _on: Any = PrivateAttr(default=None)
+
+    def check_motion(self) -> None:
+        """It moves with its vessel."""
+
+    def on(self, vessel: Vessel, fairlead: str, scene: Any) -> Self:
+        """This end, at a fairlead of a vessel in the waves of a scene."""
+        self._on = vessel, fairlead, scene
+        return self
+
+    @property
+    def vessel(self) -> Vessel:
+        """The vessel."""
+        found: Vessel = self._on[0]
+        return found
+
+    @property
+    def fairlead(self) -> str:
+        """Name of the point there."""
+        return str(self._on[1])
+
+    @property
+    def scene(self) -> Any:
+        """The scene whose waves it rides."""
+        return self._on[2]
+
+
+def turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:
     """A vector after roll, pitch and yaw [deg], in this order about the axes of the world."""
     x, y, z = point
     for angle, turn in ((roll, _about_x), (pitch, _about_y), (yaw, _about_z)):

@@ -51,6 +51,7 @@ class System:
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
         self.gamma: float | None = None  # of the scales
+        self._slopes: Array | None = None
         self.residuals = [Contribution(form, part) for part, form in residuals]
         self.jacobians, number = [], {id(part.function): k for k, part in enumerate(parts)}
         for row, form in residuals:
@@ -116,6 +117,20 @@ class System:
         loads = aligned(self.size)
         self.add_residuals.described.begin = address(loads)
         return loads
+
+    def slopes(self, rows: Array, columns: Array) -> tuple[Array, Array]:
+        """Numbers that the Jacobian begins with, as the residual with `loads`, at first zeros; to be changed in place.
+
+        Returns all of them, and the places (rows, columns) there of these local unknowns, which some form must couple.
+        """
+        if self._slopes is None:
+            self._slopes = aligned(len(self.add_jacobians.out))
+            self.add_jacobians.described.begin = address(self._slopes)
+        entries = Loop(self.jacobians, self._values, self.shared).entries
+        places = [
+            [np.flatnonzero((entries[0] == row) & (entries[1] == column))[0] for column in columns] for row in rows
+        ]
+        return self._slopes, np.array(places)
 
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from every_key import shows
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy import InputError, Session, load_scene, simulate, solve_static
+from dolfbuoy.model.prescribed_ends import motion_of
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
 POINTS = {"bow": [5.0, 1.0, -1.0], "stern": [-5.0, 0.0, -0.5]}
@@ -70,8 +72,6 @@ def test_ends_are_where_a_rigid_body_has_them():
 
 def test_between_rows_they_are_there_to_the_fourth_order():
     network = load_scene(SCENE).network
-    from dolfbuoy.model.prescribed_ends import motion_of
-
     errors = []
     for every in (2, 1):
         scene = load_scene(changed(motion=ROWS[::every]))
@@ -161,6 +161,13 @@ def test_what_no_vessel_can_be_is_refused(keys, sentence):
         load_scene(changed(**keys))
 
 
+def test_an_end_has_no_direction_on_a_vessel_that_rides():
+    """On one with a motion it has (test_bending_motion)."""
+    stiff = {**SCENE["cable"][0], "bending_stiffness": 10.0, "to_end": {"direction": [0.0, 0.0, 1.0]}}
+    with pytest.raises(InputError, match=r"direction = .*: does not go with ship, whose raos turn it in waves"):
+        load_scene(riding({"amplitude": 1.0, "period": 8.0}) | {"cable": [stiff, *SCENE["cable"][1:]]})
+
+
 def test_a_vessel_holds_something_and_has_a_name_of_its_own():
     lone = [{**SCENE["vessel"][0], "name": "other"}]
     with pytest.raises(InputError, match=r"vessel.name = 'other': holds no cable"):
@@ -168,3 +175,107 @@ def test_a_vessel_holds_something_and_has_a_name_of_its_own():
     joint = {"name": "ship", "position": [0.0, 0.0, 0.0]}
     with pytest.raises(InputError, match=r"vessel.name = 'ship': is the name of a buoy or a joint"):
         load_scene(SCENE | {"joint": [joint]})
+
+
+# -- in waves ----------------------------------------------------------------------------------------------------------
+
+PERIODS, ANGLES = (4.0, 8.0, 12.0), (0.0, 90.0, 180.0, 270.0)
+
+
+def operator(period, angle):
+    """(size, phase in degrees) of the six motions, made up; of one curve over periods, and of a direction."""
+    turn = np.radians(angle)
+    sizes = [0.1 * period, 0.05 * period * (2 + np.sin(turn)), 0.9, 2.0 + np.cos(turn), 1.5, 0.4]
+    return [(size, 20.0 * k + 3 * period) for k, size in enumerate(sizes)]
+
+
+def rows_of(periods=PERIODS, angles=ANGLES):
+    pairs = [(period, angle) for period in periods for angle in angles]
+    return [[p, a, *np.ravel(operator(p, a)).tolist()] for p, a in pairs]
+
+
+REGULAR = {"amplitude": 0.7, "period": 8.0, "direction_deg": HEADING + 90.0, "phase_deg": 35.0, "ramp": 1.0}
+
+
+def riding(waves, **keys):
+    return changed(motion=None, raos=rows_of(), **keys) | {"waves": waves}
+
+
+def in_waves(t, amplitude, k, omega, direction, phase, ramp, six):
+    """Shift in the world and angles of a vessel in one wave: every motion leads the elevation by its phase."""
+    angle = np.radians(direction)
+    there = k * (np.cos(angle) * REST[0] + np.sin(angle) * REST[1]) + phase
+    grown = 0.5 * (1 - np.cos(np.pi * t / ramp)) if t < ramp else 1.0
+    motions = [grown * amplitude * size * np.cos(omega * t - there + np.radians(lead)) for size, lead in six]
+    return Rotation.from_euler("z", HEADING, degrees=True).apply(motions[:3]), np.array(motions[3:])
+
+
+def fairlead(point, shift, angles):
+    turn = Rotation.from_euler("xyz", [angles[0], angles[1], angles[2] + HEADING], degrees=True)
+    return np.array(REST) + shift + turn.apply(point)
+
+
+@shows("vessel.raos")
+def test_in_a_regular_wave_its_ends_are_on_the_closed_form():
+    record = simulate(riding(REGULAR))
+    omega = 2 * np.pi / 8.0
+    k = brentq(lambda k: 9.81 * k * np.tanh(30 * k) - omega**2, 1e-3, 1.0, xtol=1e-15)
+    wave = (0.7, k, omega, REGULAR["direction_deg"], np.radians(35.0), 1.0, operator(8.0, 90.0))
+    lines = ends_of(record)
+    for name, point in (("one", BOW), ("two", STERN)):
+        expected = [fairlead(point, *in_waves(t, *wave)) for t in record.frame.values]
+        np.testing.assert_allclose(lines[name][:, -1], expected, rtol=0, atol=1e-9)
+        assert np.ptp(lines[name][:, -1], axis=0).min() > 0.05
+
+
+def test_in_several_waves_responses_add_up_and_lie_between_rows():
+    sea = {"components": [[0.3, 6.0, 10.0, 40.0], [0.2, 12.0, -60.0, 170.0]], "direction_deg": HEADING, "ramp": 1.0}
+    scene = load_scene(riding(sea))
+    path = motion_of(scene.network.pieces[0].ends[1].top)
+
+    def between(period, angle):
+        low, high = (a for a in PERIODS if a <= period), (a for a in PERIODS if a > period)
+        low, high = max(low), min(high, default=None)
+        left, below = angle % 360 // 90 * 90.0, (angle % 360) / 90 % 1
+        part = 0.0 if high is None else (period - low) / (high - low)
+        found = np.zeros(6, complex)
+        for p, of_p in ((low, 1 - part), (high or low, part)):
+            for a, of_a in ((left, 1 - below), ((left + 90) % 360, below)):
+                found += of_p * of_a * np.array([size * np.exp(1j * np.radians(lead)) for size, lead in operator(p, a)])
+        return [(abs(one), np.degrees(np.angle(one))) for one in found]
+
+    t, shift, angles = 3.7, np.zeros(3), np.zeros(3)
+    for amplitude, period, direction, phase in sea["components"]:
+        omega = 2 * np.pi / period
+        k = brentq(lambda k, w=omega: 9.81 * k * np.tanh(30 * k) - w**2, 1e-4, 1.0, xtol=1e-15)
+        one = in_waves(t, amplitude, k, omega, HEADING + direction, np.radians(phase), 1.0, between(period, direction))
+        shift, angles = shift + one[0], angles + one[1]
+    np.testing.assert_allclose(path(t), fairlead(BOW, shift, angles), rtol=0, atol=1e-9)
+
+
+def test_a_drift_is_added_to_the_waves():
+    drift = [[0.0, 0, 0, 0, 0, 0, 0], [1.0, 2.0, 0, 0, 0, 0, 5.0], [4.0, 3.0, 0, 0, 0, 0, 5.0]]
+    waves = riding(REGULAR)
+    both = waves | {"vessel": [{**waves["vessel"][0], "motion": drift}]}
+    one, two = (motion_of(load_scene(s).network.pieces[0].ends[1].top) for s in (both, waves))
+    np.testing.assert_allclose(one(0.0), two(0.0), rtol=1e-12)
+    apart = np.array(one(4.0)) - two(4.0)  # the drift at its end, and the yaw of 5 degrees on the arm of the bow
+    arm = np.array(two(4.0)) - REST
+    turned = Rotation.from_euler("z", 5.0, degrees=True).apply(arm) - arm
+    np.testing.assert_allclose(apart - [3.0, 0.0, 0.0], turned, rtol=0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("scene", "sentence"),
+    [
+        (changed(motion=None, raos=rows_of()), "vessel.raos are of a response to them"),
+        (riding({"theory": "stream", "height": 1.0, "period": 8.0}), "does not go with vessel.raos, which are linear"),
+        (changed(motion=None, raos=rows_of()[:-1]), "must have a row for every period in every direction"),
+        (changed(motion=None, raos=[*rows_of(), rows_of()[0]]), "must have each period and direction once"),
+        (changed(motion=None, raos=[[-1.0, *rows_of()[0][1:]]]), "must have positive periods"),
+        (changed(motion=None, raos=[[1.0, 2.0]]), "must be 14"),
+    ],
+)
+def test_operators_that_mean_nothing_are_refused(scene, sentence):
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        load_scene(scene)

@@ -18,6 +18,7 @@ import dolfbuoy
 from dolfbuoy import InputError, Session, load_scene
 from dolfbuoy.coupling import paths
 from dolfbuoy.model.prescribed_ends import motion_of
+from dolfbuoy.model.rigid import rotation_of
 from dolfbuoy.results.record import read
 
 STEP = 0.02
@@ -169,6 +170,32 @@ def test_a_driven_buoy_needs_the_force_that_moves_a_free_one():
                 np.testing.assert_allclose(one, two, rtol=0, atol=1e-5 * np.abs(free.pulls("buoy").force).max())
             # the quaternion was made a unit again and its rate is none of the scheme's: a part of 1e-4
             np.testing.assert_allclose(held.required("buoy").force, push * k, rtol=0, atol=2e-4 * 500 * k)
+
+
+@pytest.mark.parametrize("end", [{}, {"rotational_stiffness": 40.0}], ids=["held", "sprung"])
+def test_the_moment_of_a_line_that_bends_is_among_its_pulls(end):
+    """A weight that hangs askew on a line clamped to it, and is in balance about C."""
+    hanging = {
+        "cable": {
+            "anchor": [0.0, 0.0, 0.0],
+            "length": 3.0,
+            "line_density": 0.5,
+            "elements": 8,
+            "bending_stiffness": 50.0,
+        },
+        "buoy": {"mass": 20.0, "center_of_mass": 0.0, "inertia": [2.0, 2.0], "mooring_height": 1.0},
+        "time": TIME,
+    }
+    hanging["cable"] |= {"to_end": {"direction": [0.6, 0.0, -0.8], **end}}
+    with Session(hanging, driven=["buoy"]) as s:
+        for _ in range(2):
+            force, moment = s.pulls("buoy")
+            arm = rotation_of(s.state("buoy").orientation) @ [0, 0, 1.0]
+            assert np.linalg.norm(np.cross(arm, s.pull("cable.to"))) > 5.0
+            np.testing.assert_allclose(moment, 0, atol=1e-4)
+            np.testing.assert_allclose(force, [0, 0, 20 * 9.81], atol=1e-4)
+            s.step()
+        np.testing.assert_allclose(np.ravel(s.required("buoy")), 0, atol=1e-4)
 
 
 # -- loads -------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,94 @@
+"""Vessels that ride the scene's waves by their response amplitude operators, besides a motion that is given."""
+
+import math
+from functools import partial
+
+import numpy as np
+
+from ..scene import Scene
+from ..scene.vessel import Riding, Vessel, turned
+from . import Array
+from .airy import AirySum, ramp, remembered
+
+#: Standard deviations that the height of an end in an irregular sea may leave its mean by.
+FARTHEST = 4.0
+
+
+class Rider:
+    """Six motions of a vessel in a scene's waves over time, of all of its ends.
+
+    The elevation at its reference point at rest is the sum of a cos(theta - omega t); an operator X leads it by its
+    phase: a |X| cos(omega t - theta + phase).
+    """
+
+    def __init__(self, vessel: Vessel, scene: Scene):
+        sea, (x, y, _) = AirySum.of(scene), vessel.position
+        theta = sea.phase + sea.wavenumber * (sea.cosine * x + sea.sine * y)
+        towards = np.degrees(np.arctan2(sea.sine, sea.cosine)) - vessel.heading_deg
+        operators = _at(vessel, 2 * math.pi / sea.at_ground, towards)
+        self.vessel, self._ramp, self._frequency = vessel, sea.ramp, sea.at_ground
+        self._parts = operators * sea.amplitude * np.exp(-1j * theta)
+        self._latest: tuple[float | None, Array] = (None, np.zeros(6))
+        self._given = _spline(vessel)
+
+    def motions(self, t: float) -> Array:
+        """Surge, sway, heave [m] along its own axes at rest and roll, pitch, yaw [deg] by the waves, the ramp in it."""
+        if self._latest[0] != t:
+            found = (self._parts @ np.exp(1j * self._frequency * t)).real
+            self._latest = t, ramp(t, self._ramp) * found
+        return self._latest[1]
+
+    def place(self, fairlead: str, t: float) -> list[float]:
+        """Position of a fairlead [m]."""
+        vessel, (*along, roll, pitch, yaw) = self.vessel, self.motions(t)
+        shift = self._given(t)
+        arm = turned(vessel.fairleads[fairlead], roll + shift[3], pitch + shift[4], vessel.heading_deg + yaw + shift[5])
+        moved = turned((float(along[0]), float(along[1]), float(along[2])), 0.0, 0.0, vessel.heading_deg)
+        return [float(sum(part)) for part in zip(vessel.position, shift[:3], moved, arm, strict=True)]
+
+    def rise(self, fairlead: str) -> float:
+        """Height to which the waves lift a fairlead over its place at rest [m], about, in an irregular sea."""
+        x, y, _ = self.vessel.fairleads[fairlead]
+        parts = np.abs(self._parts[2]) + np.radians(abs(y) * np.abs(self._parts[3]) + abs(x) * np.abs(self._parts[4]))
+        return float(min(parts.sum(), FARTHEST * math.sqrt(np.sum(parts**2) / 2)))
+
+
+def rider_of(top: Riding) -> Rider:
+    """The Rider of an end's vessel, one for all of its ends."""
+    scene, vessel = top.scene, top.vessel
+    return remembered(partial(Rider, vessel, scene), vessel, scene.waves, scene.sea, scene.current, scene.gravity)
+
+
+def _at(vessel, periods, towards):
+    """Complex operators (6, components): linear between the periods and directions of the table, beyond the last
+    periods those of the last, and where it has one direction those of all."""
+    rows = np.array(vessel.raos)
+    known, angles = np.unique(rows[:, 0]), np.unique(rows[:, 1])
+    values = rows[:, 2::2] * np.exp(1j * np.radians(rows[:, 3::2]))
+    grid = values[np.lexsort((rows[:, 0], rows[:, 1]))].reshape(len(angles), len(known), 6)
+    of_angles = np.array([[_between(periods, known, one) for one in table.T] for table in grid])  # angle, 6, components
+    if len(angles) == 1:
+        return of_angles[0]
+    around = np.concatenate([angles, angles[:1] + 360.0])
+    closed = np.concatenate([of_angles, of_angles[:1]])
+    beta = angles[0] + np.mod(towards - angles[0], 360.0)
+    below = np.clip(np.searchsorted(around, beta, side="right") - 1, 0, len(angles) - 1)
+    part = (beta - around[below]) / (around[below + 1] - around[below])
+    each = np.arange(len(beta))
+    return ((1 - part) * closed[below, :, each].T) + part * closed[below + 1, :, each].T
+
+
+def _between(x, known, values):
+    return np.interp(x, known, values.real) + 1j * np.interp(x, known, values.imag)
+
+
+def _spline(vessel):
+    """The motion that is given, t -> six numbers; 0 without one."""
+    if not vessel.motion:
+        return lambda t: np.zeros(6)
+    from scipy.interpolate import CubicSpline
+
+    rows = np.array(vessel.motion)
+    path, ends = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped"), rows[[0, -1], 0]
+    start = path(np.clip(0.0, *ends))
+    return lambda t: start + ramp(t, vessel.ramp) * (path(np.clip(t, *ends)) - start)

@@ -1,0 +1,127 @@
+"""Forces that a caller's function of time and state gives are solved with the step, not after it.
+
+Source: recurrences of BDF2 for a mass on a spring and a damper, in NumPy; loads that are given as numbers; a spring so
+stiff that a force of the step before would blow up.
+"""
+
+import numpy as np
+import pytest
+from dynamics_helpers import MOORED, merged
+
+from dolfbuoy import InputError, Session
+
+STEP = 0.02
+TIME = {"end": 1.0, "step": STEP, "scheme": "bdf2"}
+MASS = 10.0
+POINT = {
+    "gravity": 0.0,
+    "buoy": {"mass": MASS, "center_of_mass": 0.0, "inertia": [2.0, 4.0]},
+    "initial": {"buoy_position": [1.0, 0.5, -0.5]},
+    "time": TIME,
+}
+LONE = merged(MOORED, cable__elements=6, waves__ramp=0.2, time=TIME | {"scheme": "backward-euler"})
+CHAIN = {
+    "gravity": 9.81,
+    "cable": [
+        {"name": "one", "from": [0.0, 0.0, 0.0], "to": "Y", "length": 10.0, "line_density": 1.0, "elements": 3},
+        {"name": "two", "from": [15.0, 0.0, 0.0], "to": "Y", "length": 10.0, "line_density": 1.0, "elements": 3},
+    ],
+    "joint": [{"name": "Y", "mass": 20.0}],
+    "time": TIME,
+}
+
+
+def oscillator(k, c, x, count):
+    """x of m x_tt = -k x - c x_t by BDF2 from rest."""
+    last = before = np.array([x, 0.0])
+    A, found = np.array([[0.0, 1.0], [-k / MASS, -c / MASS]]), []
+    for _ in range(count):
+        last, before = np.linalg.solve(1.5 * np.eye(2) - STEP * A, 2 * last - 0.5 * before), last
+        found.append(last[0])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("stiffness", [50.0, 1e8])
+def test_a_spring_and_a_damper_are_in_the_equations(stiffness):
+    damping = 0.3 * np.sqrt(stiffness * MASS)
+    with Session(POINT) as s:
+        start, found = s.state("buoy").position, []
+        s.load("buoy", lambda t, y: -stiffness * y.position - damping * y.velocity)
+        for _ in range(20):
+            s.step()
+            found.append(s.state("buoy").position)
+            assert s.simulation.newton.numbers.iterations <= 3
+    expected = np.outer(oscillator(stiffness, damping, 1.0, 20), start)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-4)  # a run begins with tiny steps that find its rates
+
+
+def test_a_function_that_is_constant_is_a_load():
+    with Session(LONE) as one, Session(LONE) as two:
+        one.load("buoy", [300.0, 0.0, 50.0], [0.0, 20.0, 0.0])
+        two.load("buoy", lambda t, y: ([300.0, 0.0, 50.0], [0.0, 20.0, 0.0]))
+        for _ in range(10):
+            one.step()
+            two.step()
+            np.testing.assert_allclose(one.state("buoy").position, two.state("buoy").position, rtol=0, atol=1e-9)
+
+
+def test_a_moment_turns_back_what_turns():
+    with Session(LONE) as s:
+        s.load("buoy", lambda t, y: (np.zeros(3), -1e7 * y.angular_velocity))
+        start = s.state("buoy")
+        for _ in range(20):
+            s.step()
+        assert np.abs(s.state("buoy").orientation - start.orientation).max() < 2e-4
+    with Session(LONE) as s:
+        for _ in range(20):
+            s.step()
+        assert np.abs(s.state("buoy").orientation - start.orientation).max() > 2e-3
+
+
+def test_a_damper_at_a_joint_keeps_it_still():
+    def moved(damping):
+        with Session(CHAIN) as s:
+            start = s.values()["joint_position"][0]
+            s.load("Y", lambda t, y: np.array([400.0, 0.0, 0.0]) - damping * y.velocity)
+            for _ in range(10):
+                s.step()
+                assert s.simulation.newton.numbers.iterations <= 6
+            return np.linalg.norm(s.values()["joint_position"][0] - start)
+
+    assert moved(0.0) > 0.02
+    assert moved(1e6) < 1e-3
+
+
+def test_functions_go_back_with_the_state():
+    def spring(t, y):
+        return -500.0 * y.position
+
+    with Session(LONE) as s:
+        s.load("buoy", spring)
+        s.step()
+        here = s.save()
+        s.step()
+        u = s.simulation.system.u.copy()
+        s.load("buoy", [1e4, 0.0, 0.0])
+        s.step()
+        s.restore(here)
+        s.step()
+        np.testing.assert_array_equal(s.simulation.system.u, u)
+
+
+def test_an_error_of_the_function_is_the_callers_and_leaves_the_state():
+    def fail(t, y):
+        raise ZeroDivisionError("the caller's")
+
+    with Session(LONE) as s:
+        s.step()
+        u = s.simulation.system.u.copy()
+        s.load("buoy", fail)
+        with pytest.raises(ZeroDivisionError, match="caller"):
+            s.step()
+        np.testing.assert_array_equal(s.simulation.system.u, u)
+        s.load("buoy", lambda t, y: [1.0, 2.0])
+        with pytest.raises(InputError, match="a function gave"):
+            s.step()
+        s.load("buoy")
+        s.step()
