@@ -13,6 +13,7 @@ from ..model.problem import Problem
 from ..model.rigid import cross_section, weight_per_length
 from ..model.seabed import has_friction, stick_length
 from ..model.surfacing import surfacing
+from ..results.bending import bends
 from ..results.cautions import PULSES
 from ..results.running import Utilisation, never_parted, stressed
 from ..results.summary import UNSEEN
@@ -20,6 +21,7 @@ from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.network import Network
 from ..solver import compat
+from .bending import bent_at_rest
 
 if TYPE_CHECKING:
     from .report import Report
@@ -126,6 +128,8 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
         _rising(problem, about, cable)
     if scene.sea:
         _above_water(problem, report)
+    if bends(network):
+        bent_at_rest(problem, report)
     names, use = stressed(network), Utilisation(problem)
     if names:
         use.note()
@@ -133,7 +137,7 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
         of = f" of {name}" if len(network.pieces) > 1 else ""
         report.add(f"equilibrium: largest tension over breaking load{of}", value)
         report.warn(value > 1, f"The equilibrium is above the breaking load of {name}.")
-    smallest = problem.smallest_tension()
+    smallest = problem.smallest_tension(of_rods=False)
     report.warn(  # a slack rope has none
         smallest < -ROUNDING * problem.typical_force,
         f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).",

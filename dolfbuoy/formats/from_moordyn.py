@@ -3,7 +3,7 @@
 What has another meaning there, and how it is carried over:
 
 - tangential drag refers to the surface pi d l there and to the diameter d l here: tangential_drag = pi CdAx (pi Cdt);
-- a line carries no compression there: slack = "tension-only";
+- a line carries no compression there: slack = "tension-only", except where it has a bending stiffness EI;
 - BA < 0 is a share of the critical damping of a segment's shortest axial vibration: it belongs to the mesh;
 - internal damping is in N s, but in Pa s where a file calls it cIntDamp: damping = cIntDamp pi d^2/4;
 - a negative length is a multiple of the distance between the ends;
@@ -153,7 +153,11 @@ class _Reader:
         else:
             self._damping(row, found)
         if not _is_nothing(EI := row.values.get("EI", "0")):
-            self.note(row.line, f"EI = {EI} N m^2: lines have no bending stiffness here")
+            if is_number(EI):
+                found["bending_stiffness"] = number_of(EI)
+                self.note(row.line, f"EI = {EI} N m^2: such lines carry compression, and their ends are pinned")
+            else:
+                self.note(row.line, f"EI = {EI} is no single number, and is not read: bending_stiffness = 0")
         if row.number("CaAx", 0.0):
             self.note(row.line, f"CaAx = {row['CaAx']}: there is no added mass along a line here")
         return found
@@ -195,7 +199,7 @@ class _Reader:
         if segments < 1 or segments != round(segments):
             raise InputError(f"line {row.line}: NumSegs is {row['segments']}: must be a whole number from 1 on.")
         found |= {"length": self._length(row), "elements": round(segments)}
-        return found | {"slack": "tension-only"}
+        return found | ({} if materials[material].get("bending_stiffness") else {"slack": "tension-only"})
 
     def _length(self, row: Row) -> float:
         length = row.number("length")

@@ -137,7 +137,7 @@ class _Writer:
         EA = self._stiffness(c)
         along = c.tangential_drag * wide / math.pi
         self.types[key] = (
-            name, diameter or 1e-3, c.line_density, EA, c.damping or -1.0, 0.0,
+            name, diameter or 1e-3, c.line_density, EA, c.damping or -1.0, c.bending_stiffness,
             c.normal_drag * wide, c.added_mass, along, 0.0,
         )  # fmt: skip
         if not c.damping:
@@ -264,12 +264,16 @@ class _Writer:
                 self.note("elements: MoorDyn's segments of a line are equally long")
             if piece.section.slack == "compressive":
                 self.note("slack: MoorDyn's lines carry no compression, those of this scene do")
+            if any(end.clamp for end in piece.ends):
+                self.note("direction: an end that has one is pinned there, a rod would have to hold it")
+            if piece.section.bending_stiffness and self.network.welds:
+                self.note("weld: MoorDyn's lines are hinged at every point")
             if not piece.section.tangential_froude_krylov:
                 self.note("tangential_froude_krylov: MoorDyn's lines feel it always")
 
 
 _OF_A_TYPE = ["line_density", "diameter", "area", "axial_stiffness", "damping"]
-_OF_A_TYPE += ["added_mass", "normal_drag", "tangential_drag"]
+_OF_A_TYPE += ["added_mass", "normal_drag", "tangential_drag", "bending_stiffness"]
 
 
 def _elements(section: Cable) -> int:

@@ -111,7 +111,7 @@ def check_smooth(found: Linearisation) -> None:
     problem = found.problem
     if problem.lines is None:
         return
-    smallest = problem.smallest_tension()
+    smallest = problem.smallest_tension(of_rods=False)
     if smallest <= LEAST_TENSION * problem.typical_force:
         raise InputError(
             f"At rest a line is slack (smallest tension {smallest:.3g} N): its equations have no slope there, and "

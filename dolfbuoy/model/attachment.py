@@ -1,4 +1,5 @@
-"""A line's end on a body: six numbers (r_O, T_O) that both meshes know, and equations (9), (29) between them."""
+"""A line's end on a body: six numbers (r_O, T_O) that both meshes know, and equations (9), (29) between them; of an end
+whose direction turns with the body six more, that direction and the end's moment."""
 
 from typing import TYPE_CHECKING
 
@@ -6,18 +7,22 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
+from ..forms import bending, coupling
 from ..forms import buoy as body
-from ..forms import coupling
 from ..forms.kinds import Expr
+from ..forms.rotation import rotation_matrix
 from ..solver import compat
 from ..solver.fields import Fields
 from ..solver.unknowns import Block, Part
 
 if TYPE_CHECKING:
+    from ..scene import Scene
+    from ..scene.cable import EndDirection
     from .buoy import Buoy
     from .lines import Lines
 
 FIELDS = Fields(point=3, force=3)
+CLAMPED = Fields(direction=3, moment=3)
 
 
 class Attachment:
@@ -25,7 +30,7 @@ class Attachment:
 
     lines: the Lines; piece, end: which one, 0 at s = 0 and 1 at s = L.  rank: where the body's unknowns are, these six
     among them.  buoy: the Buoy, None on other ranks; offset: body vector from its C to the point [m], a UFL constant on
-    its mesh.
+    its mesh.  clamp: what is there besides if the end has a direction.
     """
 
     def __init__(
@@ -38,17 +43,25 @@ class Attachment:
         self._on_body = fem.Function(compat.real_space(buoy.mesh, FIELDS.size)) if buoy else None
         self._ds = self.lines.end_measure(number, end)
         self.line_part = self.body_part = None
+        self.clamp = Clamp(self, number) if lines.network.pieces[piece].ends[end].clamp else None
 
-    def number(self, place: int) -> None:
-        """Take the unknowns `place` ... `place` + 6 of this rank."""
+    def number(self, place: int) -> list[Part]:
+        """Take the unknowns `place` ... `place` + 6 of this rank, of a clamp 12; returns all parts."""
         self.line_part = Part("mooring", self._on_line, place)
         if self.buoy:
             self.body_part = Part("mooring on the axis", self._on_body, place)
+        further = self.clamp.number(place + FIELDS.size) if self.clamp else []
+        return [part for part in (self.line_part, self.body_part, *further) if part]
 
     @property
     def slice(self) -> slice:
         """Place among the local unknowns."""
         return self.line_part.slice
+
+    @property
+    def whole(self) -> slice:
+        """Place of all of its numbers, those of a clamp too."""
+        return slice(self.slice.start, (self.clamp or self).slice.stop)
 
     def of(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(point, force): r_O [m] and T_O [N] among the local unknowns."""
@@ -70,7 +83,8 @@ class Attachment:
     def load(self, state: body.Body) -> tuple[Expr, Expr]:
         """(force, torque about C) of the line on the body; state: a forms.buoy.Body."""
         T_O = FIELDS.split(self._on_body).force
-        return T_O, body.point_torque(state.quaternion, self.offset, T_O)
+        torque = body.point_torque(state.quaternion, self.offset, T_O)
+        return T_O, torque if self.clamp is None else torque + self.clamp.torque()
 
     def link(self, state: body.Body) -> Expr:
         """Eq. (9): r_O is a point of the body."""
@@ -89,4 +103,82 @@ class Attachment:
         return [
             Block("mooring point r_O", point, reach, reach, unit="m"),
             Block("mooring force T_O", pull, force, reach, rounding=mass * reach, unit="N"),
+            *(self.clamp.blocks() if self.clamp else []),
+        ]
+
+
+class Clamp:
+    """A direction that a line's end has on a body: t_b = R(q_4) t_0 and the end's m, which both meshes know."""
+
+    def __init__(self, attachment: Attachment, number: int):
+        lines, buoy, self.end = attachment.lines, attachment.buoy, attachment.end
+        self._lines, self._ds = lines, lines.end_measure(number, self.end)
+        self._on_line = fem.Function(compat.real_space(lines.mesh, CLAMPED.size))
+        self._on_body = fem.Function(compat.real_space(buoy.mesh, CLAMPED.size)) if buoy else None
+        self.line_part = self.body_part = None
+        piece, end = attachment.piece, attachment.end
+
+        def given(scene: "Scene") -> "EndDirection":
+            return scene.network.pieces[piece].ends[end].clamp
+
+        self.sprung = sprung = given(lines.scene).rotational_stiffness is not None
+        spring = lambda scene, _: given(scene).rotational_stiffness  # noqa: E731
+        self._spring_of_line = lines.constants.constant(spring) if sprung else None
+        self._spring_of_body = buoy.constant(spring) if sprung and buoy else None
+        self.direction = buoy.constant(lambda scene, _: np.array(given(scene).unit)) if buoy else None
+
+    def number(self, place: int) -> list[Part | None]:
+        """Take the unknowns `place` ... `place` + 6 of this rank."""
+        self.line_part = Part("clamp", self._on_line, place)
+        if self._on_body is not None:
+            self.body_part = Part("clamp on the axis", self._on_body, place)
+        return [self.line_part, self.body_part]
+
+    @property
+    def slice(self) -> slice:
+        """Place among the local unknowns."""
+        return self.line_part.slice
+
+    def end_direction(self, m: Expr, p: Expr) -> ufl.Form:
+        """The end's term of the equation of m."""
+        t_b = CLAMPED.split(self._on_line).direction
+        if self._spring_of_line is not None:
+            t_b = bending.sprung_direction(t_b, m, self._spring_of_line, self.end)
+        return bending.end_direction(t_b, self._lines.typical_EI, p, self.end) * self._ds
+
+    def moment_equation(self, m: Expr) -> ufl.Form:
+        """The moment of the body's numbers is that of the end."""
+        moment, test = CLAMPED.split(self._on_line).moment, CLAMPED.split(self.line_part.test).moment
+        return ufl.inner(moment - m, test) * self._ds
+
+    def torque(self) -> Expr:
+        """Torque of the end's moment on the body [N m]."""
+        known = CLAMPED.split(self._on_body)
+        t_b = known.direction
+        if self._spring_of_body is not None:
+            t_b = bending.sprung_direction(t_b, known.moment, self._spring_of_body, self.end)
+        return bending.end_torque(known.moment, t_b, self.end)
+
+    def energy(self) -> tuple[Expr, ufl.Measure]:
+        """(energy of its spring [J] as UFL, measure of the end)."""
+        m, t_0 = ufl.split(self._lines.w)[-1], CLAMPED.split(self._on_line).direction
+        return bending.spring_energy(t_0, m, self._spring_of_line, self.end), self._ds
+
+    def link(self, state: body.Body) -> Expr:
+        """The direction turns with the body."""
+        test = CLAMPED.split(self.body_part.test).direction
+        turned = rotation_matrix(state.quaternion) * self.direction
+        return ufl.inner(CLAMPED.split(self._on_body).direction - turned, test)
+
+    def dofs(self) -> tuple[np.ndarray, np.ndarray]:
+        """(direction, moment): local unknowns."""
+        return CLAMPED.of(np.arange(self.slice.start, self.slice.stop))
+
+    def blocks(self) -> list[Block]:
+        """Blocks of its numbers on the body's rank."""
+        direction, moment = self.dofs()
+        size = float(self._lines.typical_EI.value) / self._lines.longest
+        return [
+            Block("direction of an end", direction, 1.0, 1.0),
+            Block("moment of an end", moment, size, size, unit="N m"),
         ]

@@ -1,7 +1,7 @@
 """A buoy of a scene: 13 numbers for its motion (7 for its pose in statics), on its hull's axis."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
@@ -137,9 +137,13 @@ class Buoy(Model):
         """[(effect, its constants)] of what the scene calls for."""
         return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where, [self.section])]
 
+    def constant(self, get: Callable[..., Any]) -> fem.Constant:
+        """Constant on its mesh: get(scene, its section)."""
+        return self._numbers.constant(get)
+
     def offset_of(self, fairlead: str | None) -> fem.Constant:
         """Constant: body vector from C to a fairlead; None: to the mooring point."""
-        return self._numbers.constant(lambda scene, b: mooring_offset(b, fairlead))
+        return self.constant(lambda scene, b: mooring_offset(b, fairlead))
 
     def change(self, scene: Scene) -> None:
         self.scene, self.section = scene, scene.network.buoys[self.name]
@@ -199,7 +203,8 @@ class Buoy(Model):
             pull, moment = attachment.load(state)
             G = ufl.inner(pull, test_force) + ufl.inner(moment, test_torque)
             found.append((self.part, -one * G * point))
-        return found + [(a.body_part, one * a.link(state) * point) for a in attachments]
+        clamps = [attachment.clamp for attachment in attachments if attachment.clamp]
+        return found + [(a.body_part, one * a.link(state) * point) for a in (*attachments, *clamps)]
 
     def _momentum_balance(self, state, force, torque, attachments):
         """Eq. (8) with the loads at points, and the tests of force and torque."""

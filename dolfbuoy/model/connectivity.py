@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 class Joining:
     """Order, ghosts and ties of the unknowns of a `Problem` on this rank, for `solver.numbering.Numbering`.
 
-    All ends of lines at a free joint, and its body if it has one, have one global index: that of the first end.  Where
+    All ends of lines at a free joint, and its body if it has one, have one global index: that of the first end; so have
+    the moments of two lines that go on there without a kink.  Where
     several of them are on one rank, one stands for the others there.
     """
 
@@ -27,6 +28,9 @@ class Joining:
             if self.bodies and name in self.bodies.names:
                 members.append(self.bodies.part.offset + self.bodies.dofs[self.bodies.names.index(name)])
             self.groups.append(members)
+            if name in problem.network.welds:
+                moments = [self.lines.end_moments(piece, end) for piece, end in ends]
+                self.groups.append([dofs if len(dofs) else None for dofs in moments])
         self.here = [[dofs for dofs in members if dofs is not None] for members in self.groups]
 
     def numbers(self) -> tuple:
@@ -49,7 +53,7 @@ class Joining:
             if a.rank == self.comm.rank:
                 alone = len(self.attachments) == 1
                 turn = (0, 1, np.inf) if alone else (0, np.inf, self.lines.turns[0][a.piece] + 0.25)
-                parts.append((np.arange(a.slice.start, a.slice.stop), turn))
+                parts.append((np.arange(a.whole.start, a.whole.stop), turn))
         if self.lines is not None:
             order, keys = self.lines.elimination_order()
             followers = [dofs for members in self.groups for dofs in members[1:] if dofs is not None]
@@ -92,14 +96,14 @@ class Joining:
 
     def _attachments_elsewhere(self, order, first):
         """(local, global) numbers of attachments whose line ends here and whose buoy is on another rank."""
-        place = np.full(max((a.slice.stop for a in self.attachments), default=0), -1, dtype=np.int64)
+        place = np.full(max((a.whole.stop for a in self.attachments), default=0), -1, dtype=np.int64)
         inside = order < len(place)
         place[order[inside]] = first + np.flatnonzero(inside)
         local, numbers = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         for attachment in self.attachments:
             here = attachment.rank == self.comm.rank
-            known = self.comm.bcast(place[attachment.slice] if here else None, root=attachment.rank)
+            known = self.comm.bcast(place[attachment.whole] if here else None, root=attachment.rank)
             if not here and self.lines.owns_end(attachment.piece, attachment.end):
-                local.append(np.arange(attachment.slice.start, attachment.slice.stop))
+                local.append(np.arange(attachment.whole.start, attachment.whole.stop))
                 numbers.append(known)
         return np.concatenate(local), np.concatenate(numbers)

@@ -53,7 +53,7 @@ class Effect:
     key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
     balance.  looks_at: buoy -> height above the keel where a term of a body looks at the water; None: at C or the
     surface above it.  default: scene -> value of the key where it is absent.  drawn: key -> Drawn.  removable: whether
-    a scene makes sense without it.
+    a scene makes sense without it.  brings: keys that make no sense without it.
     """
 
     name: str
@@ -77,6 +77,7 @@ class Effect:
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
+    brings: tuple[str, ...] = ()
 
     def values(self, scene: Scene, part: Any = None) -> list[Any]:
         """Values of the key in all sections of the scene that have it, or in those of one `part` of its network."""
@@ -140,6 +141,12 @@ EFFECTS: list[Effect] = [
         line_power=cable.damping_power,
         account="damping",
         drawn={"cable.damping": Drawn(1e-3, 1e8, zero=True)},
+    ),
+    Effect(
+        "bending",
+        "cable.bending_stiffness",
+        drawn={"cable.bending_stiffness": Drawn(1e-2, 1e9)},
+        brings=("cable.minimum_bend_radius", "cable.from_end", "cable.to_end", "joint.weld"),
     ),
     Effect("line that parts", "cable.fails_at", neutral=None),
     Effect("marine growth", "cable.marine_growth", neutral=None, needs=("sea",)),

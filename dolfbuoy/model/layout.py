@@ -86,18 +86,19 @@ class Pieces:
 
 
 class Layout(Pieces):
-    """Mesh, space and numbering of the pieces of a network (`scene.network`); w = (r, T) or (r, T, mean T) is unknown.
+    """Mesh, space and numbering of the pieces of a network (`scene.network`); w = (r, T), with the mean of T and the
+    moment m of lines that bend after it, is unknown.
 
-    Piece k lies on the mesh from `begins[k]` on.  All share pair and strain, and are in the order in which a tension
-    follows the positions that it constrains.
+    Piece k lies on the mesh from `begins[k]` on.  All share pair, strain and whether they bend, and are in the order in
+    which a tension follows the positions that it constrains.
     """
 
-    def __init__(self, comm: MPI.Comm, network: Network, averaged: bool, begins: np.ndarray | None = None):
+    def __init__(self, comm: MPI.Comm, network: Network, averaged: bool, bends: bool, begins: np.ndarray | None = None):
         self.comm, self.network = comm, network
         self._lay_out(laid_out(self.sections) if begins is None else begins)
-        self.space = compat.function_space(self.mesh, self._element(averaged))
+        self.space = compat.function_space(self.mesh, self._element(averaged, bends))
         self.w, self.part = fem.Function(self.space), None
-        self._numbering(averaged)
+        self._numbering(averaged, bends)
 
     def _lay_out(self, begins):
         nodes = [cable_nodes(c.length, c.elements, c.grading) for c in self.sections]
@@ -107,7 +108,7 @@ class Layout(Pieces):
         self.mesh = compat.interval_mesh(self.comm, *self.nodes)
         self.slip = 1e-9 * max(*lengths, begins[-1] + lengths[-1] if begins[-1] else 0.0)
 
-    def _element(self, averaged):
+    def _element(self, averaged, bends):
         c = self.section
         elements = [
             compat.element(self.mesh, "P", c.position_degree, 3),
@@ -115,9 +116,11 @@ class Layout(Pieces):
         ]
         if averaged:
             elements.append(compat.element(self.mesh, "DG", 0))
+        if bends:
+            elements.append(elements[0])
         return compat.mixed_element(elements)
 
-    def _numbering(self, averaged):
+    def _numbering(self, averaged, bends):
         """Find the places of the dofs of w on the mesh: nodes of r, cells of T."""
         V, r_dofs = compat.collapse(self.space, 0)
         self.positions = V  #: the space of r
@@ -132,6 +135,7 @@ class Layout(Pieces):
         if averaged:
             Q0, mean_dofs = compat.collapse(self.space, 2)
             self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
+        self.moment_dofs = self._moment_dofs() if bends else None
         self.line_of_node = self.line_at(self.node_s)
         self.line_of_cell = self.line_at(self.cell_ends.mean(axis=1))
         ends = np.array([(n[0], n[-1]) for n in self.nodes])
@@ -142,6 +146,30 @@ class Layout(Pieces):
         #: Nodes and owned cells of each piece.
         self.nodes_of, self.cells_of = (_grouped(lines, len(ends)) for lines in (self.line_of_node, self.line_of_cell))
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
+
+    def _moment_dofs(self):
+        """Dofs of m in the nodes of r."""
+        M, dofs = compat.collapse(self.space, self.space.num_sub_spaces - 1)
+        found, s = np.asarray(dofs).reshape(-1, 3), M.tabulate_dof_coordinates()[:, 0]
+        nodes = np.empty_like(found)
+        nodes[np.argsort(self.node_s)] = found[np.argsort(s)]
+        return nodes
+
+    def end_moments(self, piece: int, end: int) -> np.ndarray:
+        """Dofs of m at an end of a piece; empty where another rank has them, and of lines that do not bend."""
+        if self.moment_dofs is None or not len(self.end_dofs[piece][end]):
+            return _NONE
+        return self.moment_dofs[np.flatnonzero(self.node_dofs[:, 0] == self.end_dofs[piece][end][0])[0]]
+
+    @cached_property
+    def pinned_moments(self) -> np.ndarray:
+        """Dofs of m at all ends that may turn freely, where m = 0."""
+        found = [_NONE]
+        for k, piece in enumerate(self.pieces):
+            for i, end in enumerate(piece.ends):
+                if end.clamp is None and not (end.kind == "joint" and end.name in self.network.welds):
+                    found.append(self.end_moments(k, i))
+        return np.concatenate(found)
 
     @cached_property
     def at_ends(self) -> fem.FunctionSpace:
@@ -186,8 +214,8 @@ class Layout(Pieces):
         return self.node_s
 
     def force_dofs(self) -> np.ndarray:
-        dofs = self.T_dofs.ravel()
-        return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
+        found = (self.T_dofs, self.mean_dofs, self.moment_dofs)
+        return np.concatenate([dofs.ravel() for dofs in found if dofs is not None])
 
     # -- elimination --------------------------------------------------------------------------------------------------
 
@@ -205,18 +233,22 @@ class Layout(Pieces):
         here = np.where(backwards[self.line_of_node], self._from_top(self.node_s, self.line_of_node), here)
         stage[self.node_dofs], place[self.node_dofs] = turn[self.line_of_node][:, None], here[:, None]
         kind[self.node_dofs] = 0
+        if self.moment_dofs is not None:  # before the positions of its node, which get their stiffness from it
+            stage[self.moment_dofs], place[self.moment_dofs] = turn[self.line_of_node][:, None], here[:, None]
+            kind[self.moment_dofs] = -1
         behind = self.T_dofs if self.mean_dofs is None else np.column_stack([self.T_dofs, self.mean_dofs])
         stage[behind], place[behind] = turn[self.line_of_cell][:, None], far[:, None]
         if self.mean_dofs is not None:
             kind[self.mean_dofs] = 2
         for name, ends in self.network.meetings().items():
             for k, i in ends:
-                dofs = self.end_dofs[k][i]
-                stage[dofs], place[dofs] = joints[name], 0.0
+                for dofs in (self.end_dofs[k][i], self.end_moments(k, i)):
+                    stage[dofs], place[dofs] = joints[name], 0.0
                 if i != backwards[k] and joints[name] > turn[k]:  # its last tension has to wait for the joint
                     last = behind[self.end_cells[k, i]] if self.owns_end(k, i) else _NONE
                     stage[last], place[last] = joints[name], 0.0
-        dofs = np.setdiff1d(np.arange(n), np.concatenate([_NONE, *(given for _, _, given in self.held_ends())]))
+        given = [self.pinned_moments, *(dofs for _, _, dofs in self.held_ends())]
+        dofs = np.setdiff1d(np.arange(n), np.concatenate(given))
         return dofs, (kind[dofs], place[dofs], stage[dofs])
 
     def _from_top(self, s, lines):
@@ -232,10 +264,18 @@ class Layout(Pieces):
         u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
         if self.mean_dofs is not None:
             u[self.mean_dofs] = u[self.T_dofs] @ self._averaging
+        if self.moment_dofs is not None:
+            u[self.moment_dofs[nodes]] = 0.0
 
     def mean_tension(self, u: np.ndarray) -> np.ndarray:
         """Average of T on each owned cell [N]."""
         return u[self.part.slice][self.T_dofs] @ self._averaging
+
+    def moments(self, u: np.ndarray) -> np.ndarray:
+        """m of the nodes (n, 3) [N m], 0 in lines that do not bend."""
+        if self.moment_dofs is None:
+            return np.zeros((len(self.node_s), 3))
+        return u[self.part.slice][self.moment_dofs]
 
     def anchor_tension(self, u: np.ndarray, line: int = 0) -> float:
         """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""

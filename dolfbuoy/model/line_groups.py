@@ -24,7 +24,7 @@ def lines_of(comm: MPI.Comm, scene: Scene, dynamic: bool) -> "Lines | LineGroups
     kinds = {}
     for number, piece in enumerate(scene.network.pieces):
         c = piece.section
-        kind = c.position_degree, c.tension_degree, is_averaged(c), c.strain_form
+        kind = c.position_degree, c.tension_degree, is_averaged(c), c.strain_form, c.bending_stiffness > 0
         kinds.setdefault(kind, []).append(number)
     if len(kinds) < 2:
         return Lines(comm, scene, dynamic) if kinds else None
@@ -65,8 +65,9 @@ def _of_piece(name: str, at: int = -1) -> Callable:
 class LineGroups(Pieces, Model):
     """All lines of a scene; `groups`: the Lines of each kind.  What is not explained here is as in `Lines`."""
 
-    mean_dofs = None
+    mean_dofs = moment_dofs = None
     cell_ends, stretches, one_sided = _joined("cell_ends"), _joined("stretches"), _joined("one_sided")
+    bends = _joined("bends")
     owned, turnable, parted_at = _joined("owned"), _joined("turnable"), _joined("parted_at")
     line_of_cell, places, mean_tension = _numbered("line_of_cell"), _joined_of("places"), _joined_of("mean_tension")
     evolutions, blocks, clock = _listed("evolutions"), _listed("blocks"), _listed("clock")
@@ -117,6 +118,9 @@ class LineGroups(Pieces, Model):
     node_dofs = property(lambda self: self._nodes(lambda g: g.node_dofs + g.part.offset))
     line_of_node = property(lambda self: self._nodes(lambda g: np.array(g.numbers)[g.line_of_node]))
 
+    def moments(self, u: np.ndarray) -> np.ndarray:
+        return self._nodes(lambda group: group.moments(u))
+
     @property
     def T_dofs(self) -> np.ndarray:
         """Dofs of T of each owned cell; a row of fewer tensions than others repeats its last one."""
@@ -129,6 +133,10 @@ class LineGroups(Pieces, Model):
         """Dofs of r at s = 0 and s = L of each piece, empty where another rank has them."""
         found = [self.holder(k) for k in range(len(self.pieces))]
         return [tuple(dofs + group.part.offset for dofs in group.end_dofs[k]) for group, k in found]
+
+    def end_moments(self, piece: int, end: int) -> np.ndarray:
+        group, number = self.holder(piece)
+        return group.end_moments(number, end) + group.part.offset
 
     def force_dofs(self) -> np.ndarray:
         return np.concatenate([group.force_dofs() + group.part.offset for group in self.groups])

@@ -10,8 +10,8 @@ import ufl
 from dolfinx import fem
 
 from ..elsewhere import MPI
+from ..forms import bending, coupling
 from ..forms import cable as form
-from ..forms import coupling
 from ..forms.kinds import Expr
 from ..scene import Scene
 from ..scene.cable import Cable, Top
@@ -42,7 +42,8 @@ def is_averaged(section: Cable) -> bool:
 
 
 class Lines(Layout, Masses):
-    """Spaces and forms of pieces of line of a scene, by their `numbers`; w = (r, T) or (r, T, mean T) is the unknown.
+    """Spaces and forms of pieces of line of a scene, by their `numbers`; w = (r, T, mean T, m), the last two where they
+    are called for, is the unknown.
 
     All have the same pair, strain and strain form: lines of several kinds are several `groups`.
 
@@ -65,7 +66,8 @@ class Lines(Layout, Masses):
         stiffness = [piece.section.axial_stiffness for piece in network.pieces]
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
-        super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section), begins)
+        first = network.pieces[0].section
+        super().__init__(comm, network, self.elastic and is_averaged(first), first.bending_stiffness > 0, begins)
         self._equip(scene, dynamic)
         self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
         mu = self.section.position_degree
@@ -112,6 +114,11 @@ class Lines(Layout, Masses):
         return np.array([c.slack == "tension-only" for c in self.sections])[self.line_of_cell]
 
     @property
+    def bends(self) -> np.ndarray:
+        """Mask of the owned cells that have a bending stiffness."""
+        return np.array([c.bending_stiffness > 0 for c in self.sections])[self.line_of_cell]
+
+    @property
     def turnable(self) -> np.ndarray:
         """Mask of the pieces that may be compressed until an element is inverted: their tension gives their stretch."""
         found = [c.slack == "compressive" and not (self.dynamic and c.damping) for c in self.sections]
@@ -146,6 +153,9 @@ class Lines(Layout, Masses):
         )
         if self.growth is not None and any(c.marine_growth for c in self.sections):
             self.cable = self.cable.grown(self.growth.diameter, self.growth.mass)
+        self.clamps = {}
+        if self.moment_dofs is not None:
+            self._bending(number)
         self.gravity = self.constants.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads, self._powers = self._called(self.where), self._called("line_power")
         self._surfaces = bool(effects.called_by(self.scene, "line_wet"))
@@ -156,6 +166,23 @@ class Lines(Layout, Masses):
                 self.end_loads[k] = self.constants.constant(
                     lambda scene, _, n=self.numbers[k]: np.array(scene.network.pieces[n].ends[1].top.force)
                 )
+
+    def _bending(self, number):
+        """Bending stiffness, its typical size, and of each end with a direction that and its spring."""
+
+        def clamp(k, i, get):
+            return self.constants.constant(lambda scene, _: get(scene.network.pieces[self.numbers[k]].ends[i].clamp))
+
+        self.EI = number(lambda c: c.bending_stiffness)
+        self.typical_EI = self.constants.constant(
+            lambda scene, _: max(scene.network.pieces[k].section.bending_stiffness for k in self.numbers)
+        )
+        self.share_of_bending = compat.constant(self.mesh, 1.0)
+        for k, piece in enumerate(self.pieces):
+            for i, end in enumerate(piece.ends):
+                if end.clamp is not None and end.kind != "buoy":  # there an Attachment has it
+                    spring = end.clamp.rotational_stiffness and clamp(k, i, lambda c: c.rotational_stiffness)
+                    self.clamps[k, i] = clamp(k, i, lambda c: np.array(c.unit)), spring
 
     def _kinks(self, below):
         """Kinks of tables T(e); a section that has fewer than others has kinks that change nothing."""
@@ -219,10 +246,21 @@ class Lines(Layout, Masses):
         taut = partial(form.taut_damping_power, r=r, T=T, e=e, r_t=r_t)
         return [(effect, self._or_taut(effect.line_power(c, r, r_t), taut)) for effect, c in self._powers]
 
-    def elastic_energy(self) -> Expr:
-        """Per unstretched length [J/m] as UFL, for balances."""
+    def elastic_energies(self) -> list[Expr]:
+        """Energies of stretching and of bending, per unstretched length [J/m] as UFL, for balances."""
         r, T, e, r_t, _ = self.kinematics()
-        return self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r))
+        found = []
+        if e is not None:
+            found.append(self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r)))
+        if self.moment_dofs is not None:
+            found.append(bending.bending_energy(ufl.split(self.w)[-1], self.EI))
+        return found
+
+    def spring_energies(self) -> list[tuple[Expr, ufl.Measure]]:
+        """[(energy [J] as UFL, measure of its end)] of the springs at ends that nothing else turns."""
+        springs = [(k, i, t_0, spring) for (k, i), (t_0, spring) in self.clamps.items() if spring is not None]
+        m = ufl.split(self.w)[-1]
+        return [(bending.spring_energy(t_0, m, k, i), self.end_measure(n, i)) for n, i, t_0, k in springs]
 
     def _or_taut(self, value, taut):
         """The value of `taut` on damped lines of Hooke's law that go slack, where T is not that of the strain."""
@@ -250,6 +288,10 @@ class Lines(Layout, Masses):
         F -= sum(ufl.inner(force, v) for force in self.weight())
         if self.mean_dofs is not None:
             F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2])
+        if self.moment_dofs is not None:
+            m, p = ufl.split(self.w)[-1], tests[-1]
+            E0 = self.typical_EI
+            F += bending.shear_term(r, m, v) + bending.curvature_equation(r, m, self.EI, E0, p, self.share_of_bending)
         if self.dynamic:
             F += form.inertia(cable, r_tt, v)
         forces = [force for _, force in self.water_forces()]
@@ -264,9 +306,18 @@ class Lines(Layout, Masses):
         return F * self.dx
 
     def end_residuals(self, test: Expr) -> list[ufl.Form]:
-        """The last term of (11)_1 for the free ends that are pulled, each a form of its own."""
-        v = ufl.split(test)[0]
-        return [coupling.end_force(load, v) * self.end_measure(k, 1) for k, load in self.end_loads.items()]
+        """The last term of (11)_1 for the free ends that are pulled, and the ends with a direction, each a form of its
+        own."""
+        tests = ufl.split(test)
+        found = [coupling.end_force(load, tests[0]) * self.end_measure(k, 1) for k, load in self.end_loads.items()]
+        if self.moment_dofs is not None:
+            m = ufl.split(self.w)[-1]
+            for (k, i), (t_b, spring) in self.clamps.items():
+                if spring is not None:
+                    t_b = bending.sprung_direction(t_b, m, spring, i)
+                t_b = self.share_of_bending * t_b
+                found.append(bending.end_direction(t_b, self.typical_EI, tests[-1], i) * self.end_measure(k, i))
+        return found
 
     # -- time -------------------------------------------------------------------------------------------------------
 
@@ -326,6 +377,9 @@ class Lines(Layout, Masses):
         if self.mean_dofs is not None:
             means = first + self.mean_dofs
             blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
+        if self.moment_dofs is not None:
+            EI = float(self.typical_EI.value)
+            blocks.append(Block("cable moment", first + self.moment_dofs.ravel(), EI / L, EI / 100, unit="N m"))
         return blocks
 
     def one_sided_rows(self, force: float) -> OneSidedRows:

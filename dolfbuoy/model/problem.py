@@ -133,9 +133,8 @@ class Problem:
         if self.bodies:
             add(self.bodies, "bodies", self.bodies.state)
         for attachment in self.attachments:
-            attachment.number(offset)
-            parts += [part for part in (attachment.line_part, attachment.body_part) if part]
-            offset += attachment.line_part.size
+            parts += attachment.number(offset)
+            offset = attachment.whole.stop
         for buoy in self.buoys.values():
             add(buoy, "buoy", buoy.state)
         return parts
@@ -149,6 +148,10 @@ class Problem:
             forces = [attachment.end_force(ufl.split(test)[0]) for attachment in attached]
             found += [(lines.part, form) for form in (lines.residual(test), *forces, *lines.end_residuals(test))]
             found += [(attachment.line_part, attachment.position_equation(r)) for attachment in attached]
+            for clamp in (attachment.clamp for attachment in attached if attachment.clamp):
+                m = ufl.split(lines.w)[-1]
+                found.append((lines.part, clamp.end_direction(m, ufl.split(test)[-1])))
+                found.append((clamp.line_part, clamp.moment_equation(m)))
         if self.bodies:
             found.append((self.bodies.part, self.bodies.residual(self.bodies.part.test)))
         for buoy in self.buoys.values():
@@ -238,14 +241,16 @@ class Problem:
     def force_dofs(self) -> np.ndarray:
         """Local unknowns that are tensions, or forces at attachments."""
         found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
-        found += [a.dofs().force for a in self.attachments if a.rank == self.comm.rank]
+        mine = [a for a in self.attachments if a.rank == self.comm.rank]
+        found += [a.dofs().force for a in mine] + [a.clamp.dofs().moment for a in mine if a.clamp]
         return np.concatenate(found)
 
     # -- numbers ------------------------------------------------------------------------------------------------------
 
-    def smallest_tension(self) -> float:
-        """Smallest element mean of T [N], over all ranks."""
+    def smallest_tension(self, of_rods: bool = True) -> float:
+        """Smallest element mean of T [N], over all ranks; of_rods: of lines with a bending stiffness too."""
         means = self.lines.mean_tension(self.system.u)
+        means = means if of_rods else means[~self.lines.bends]
         return allreduce(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_force(self, piece: int, end: int, fresh: bool = True) -> np.ndarray:

@@ -5,7 +5,7 @@ from typing import Any
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.lines import Body
-from ..scene.network import OWN, Network
+from ..scene.network import OWN, End, Network
 from ..scene.stiffness import kinks_of
 from . import effects
 
@@ -51,11 +51,21 @@ def _called(scene: Scene, kind: str, part: Any) -> tuple[str, ...]:
 def _topology(network: Network) -> str:
     """Topology, and which numbers pieces or bodies share: those are constants of the forms."""
     ends = [
-        [(e.kind, e.name, e.fairlead, e.kind == "free" and e.top is not None and any(e.top.force)) for e in piece.ends]
+        [
+            (e.kind, e.name, e.fairlead, e.kind == "free" and e.top is not None and any(e.top.force), _clamp(e))
+            for e in piece.ends
+        ]
         for piece in network.pieces
     ]
     shared = []
     for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):
         values = [{repr(getattr(section, name)) for section in sections} for name in kind.model_fields]
         shared += [len(found) == 1 for found in values]
-    return repr((ends, network.cables, list(network.joints), list(network.bodies), list(network.buoys), shared))
+    names = [list(part) for part in (network.joints, network.bodies, network.buoys, sorted(network.welds))]
+    return repr((ends, network.cables, *names, shared))
+
+
+def _clamp(end: End) -> str | None:
+    if end.clamp is None:
+        return None
+    return "held" if end.clamp.rotational_stiffness is None else "spring"

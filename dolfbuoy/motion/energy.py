@@ -3,7 +3,8 @@
 The semi-discrete equations balance exactly.  Tested with the velocity, Eq. (11)_1 says that kinetic, elastic and
 gravitational energy of the cable change by the work of its top and of the water.  The mixed tension does no other work
 if the cable is inextensible, or if its tension is constant on each element: then Eq. (11)_2 makes T/(1+e) r'.r'_t equal
-to T e_t.  The buoy's energy changes by the work of water, wind, external force and cable.
+to T e_t.  A bending stiffness stores 1/2 |m|^2/EI.  The buoy's energy changes by the work of water, wind, external
+force and cable.
 """
 
 from functools import partial
@@ -37,9 +38,14 @@ class Meter:
         self.simulation, self._forms = simulation, []
         for lines in simulation.problem.lines.groups if simulation.problem.lines else ():
             c, e = lines.cable, lines.kinematics()[2]
-            own = [("elastic", lines.elastic_energy())] if e is not None else []
+            own = [("elastic", energy) for energy in lines.elastic_energies()]
             own += [(effect.account, power) for effect, power in lines.material_powers()]
-            self._add(lines, self._masses(lines, c.line_density, partial(cable_form.stretched, c, e), own))
+            springs = [("elastic", *spring) for spring in lines.spring_energies()]
+            springs += [
+                ("elastic", *a.clamp.energy()) for a in simulation.problem.attachments if self._sprung(a, lines)
+            ]
+            masses = self._masses(lines, c.line_density, partial(cable_form.stretched, c, e), own)
+            self._add(lines, [*masses, *springs])
         if simulation.problem.bodies:
             bodies = simulation.problem.bodies
             self._add(bodies, self._masses(bodies, bodies.body.mass, lambda force: force))
@@ -53,6 +59,10 @@ class Meter:
         form = sum(value * test[names.index(name)] * measure for name, value, measure in densities)
         part = Part("powers", fem.Function(test.ufl_function_space()), 0)
         self._forms.append((names, part, Contribution(form, part)))
+
+    @staticmethod
+    def _sprung(attachment, lines):
+        return attachment.lines is lines and attachment.clamp is not None and attachment.clamp.sprung
 
     @staticmethod
     def _masses(model, density, stretched, own=()):

@@ -7,6 +7,7 @@ import numpy as np
 from ..model.feasible import check_feasible
 from ..model.lines import top_position
 from ..model.problem import Problem
+from ..model.rigid import rotation_of
 from ..scene.network import attached_ends
 from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import (
@@ -33,7 +34,7 @@ class Start:
     """Initial values on this rank; the lines' arrays are numbered as their dofs.
 
     route: the way to the equilibrium, if it is one.  memory: of the lines and the bodies at their joints.  moorings:
-    (r_O, T_O) of each attachment.  poses: of the buoys by name, of this rank at least.
+    numbers of each attachment.  poses: of the buoys by name, of this rank at least.
     """
 
     at_rest: bool = True
@@ -51,7 +52,7 @@ class Start:
         if problem.lines:
             u[problem.lines.part.slice] = self.lines
         for attachment, values in zip(problem.attachments, self.moorings, strict=True):
-            u[attachment.slice] = values
+            u[attachment.whole] = values
         for name, buoy in problem.buoys.items():
             pose = self.poses[name]
             state = buoy.moving_state(pose.position, pose.quaternion, pose.velocity, pose.angular_velocity)
@@ -111,7 +112,7 @@ def start_from(problem) -> Start:
         }
         start.line_velocity = np.zeros_like(start.lines)
         start.end_forces = problem.end_forces()
-    start.moorings = [u[attachment.slice].copy() for attachment in problem.attachments]
+    start.moorings = [u[attachment.whole].copy() for attachment in problem.attachments]
     for name, buoy in problem.buoys.items():
         pose = buoy.fields.of(u[buoy.part.slice])
         start.poses[name] = Pose(pose.position.copy(), pose.orientation / np.linalg.norm(pose.orientation))
@@ -142,12 +143,15 @@ def _from_shape(scene, comm) -> Start:
 
 
 def _moorings(network, poses, end_forces):
-    """(r_O, T_O) of each attachment, buoy after buoy as in a Problem."""
+    """Numbers of each attachment, buoy after buoy as in a Problem; without the moments of clamps."""
     found = []
     for piece, end in attached_ends(network):
         held = network.pieces[piece].ends[end]
         force = end_forces["end_tension" if end else "anchor_force"][network.pieces[piece].cable]
         found.append(np.concatenate([place_of(network, held, poses), -force]))
+        if held.clamp:
+            turned = rotation_of(poses[held.name][1]) @ held.clamp.unit
+            found[-1] = np.concatenate([found[-1], turned, np.zeros(3)])
     return found
 
 

@@ -23,6 +23,7 @@ from ..solver import compat
 from ..solver.vector_ops import picked, traced
 from ..version import __version__
 from .attitude import roll_pitch_yaw
+from .bending import Bending, bends
 from .quantities import over
 from .record import FORMAT
 from .running import Utilisation, stressed
@@ -52,7 +53,8 @@ class Absent(KeyError):
 class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
-    Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, buoy, mooring, water, joint.
+    Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, bend_utilisation,
+    buoy, mooring, water, joint.
     """
 
     def __init__(self, columns: dict[str, NDArray[Any]], problem: Problem, masses: NDArray[Any]) -> None:
@@ -114,6 +116,7 @@ class Observer:
         self._lying = np.zeros((len(self.network.cables), 4))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
+        self._bending = Bending(problem) if bends(self.network) else None
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
             self._places[name] = slice(self.width, self.width + len(entries))
@@ -132,6 +135,10 @@ class Observer:
                 found["bed"] = _all_of(self._lying, root)
             if self._stress is not None:
                 found["utilisation"] = _all_of(self._stress.values, root)
+            if self._bending is not None:
+                found["bending"] = _all_of(self._bending.values, root)
+                if self._bending.limited:
+                    found["bend_utilisation"] = _all_of(self._bending.utilisation, root)
         if self.network.buoys:
             fields = MOTION if problem.dynamic else REST
             mine = [problem.buoys.get(name) for name in self.network.buoys]
@@ -197,6 +204,8 @@ class Observer:
             self._note_bed()
         if self._stress is not None:
             self._stress.note()
+        if self._bending is not None:
+            self._bending.note()
         self._pick()
         if self.comm.size == 1:
             return self._row
@@ -300,6 +309,8 @@ class Observer:
         u = self.problem.system.u
         nodes = {"cable_position": u} | ({} if velocity is None else {"cable_velocity": velocity})
         nodes = {name: values[cable.node_dofs[: cable.owned_nodes]] for name, values in nodes.items()}
+        if self._bending is not None:
+            nodes |= {"cable_moment": cable.moments(u)[: cable.owned_nodes], "curvature": self._bending.curvatures()}
         return self.along(nodes, {"cable_tension": cable.mean_tension(u)})
 
     def along(self, nodes: dict[str, NDArray[Any]], cells: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -64,7 +64,7 @@ class Rows:
         if self._observer is None or self._observer.problem is not problem:
             self._observer, self.attributes = Observer(problem), attributes(problem)
             self.labels = self._observer.labels()
-        smallest = problem.smallest_tension()
+        smallest = problem.smallest_tension(of_rods=False)
         values = self._observer.values(problem.end_forces())
         slack = smallest <= LEAST_TENSION * problem.typical_force
         return values | {"smallest_tension": smallest, "slack": slack, "under": _is_under(problem.scene, values)}

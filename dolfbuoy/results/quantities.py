@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 from . import attitude
@@ -100,6 +101,11 @@ def _of(dims: str, over: str = "time") -> Callable[..., Quantity]:
     return lambda name, unit, long_name, **more: Quantity(name, tuple(dims.split()), unit, long_name, over, **more)
 
 
+def _radius(curvature: NDArray[Any]) -> NDArray[Any]:
+    with np.errstate(divide="ignore"):
+        return np.asarray(1 / curvature)
+
+
 _whole = _of("")
 _cable_vector = _of("cable xyz")
 _cable = _of("cable")
@@ -176,6 +182,47 @@ _ALL: tuple[Quantity, ...] = (
         "1",
         "largest tension over the breaking load",
         read=lambda n: n["utilisation"],
+        outputs=True,
+    ),
+    _cable(
+        "anchor_moment",
+        "N m",
+        "bending moment at the lower end of the cable",
+        read=lambda n: n.each("bending", 3)[..., 0],
+        curves=(Curve("bending moment", "lower end"),),
+        at_ends="bending moment at {low}",
+        summary="bending moment at the lower end",
+    ),
+    _cable(
+        "end_moment",
+        "N m",
+        "bending moment at the upper end of the cable",
+        read=lambda n: n.each("bending", 3)[..., 1],
+        curves=(Curve("bending moment", "upper end"),),
+        at_ends="bending moment at {high}",
+        summary="bending moment at the upper end",
+    ),
+    _cable(
+        "largest_curvature",
+        "m-1",
+        "largest curvature of the cable",
+        read=lambda n: n.each("bending", 3)[..., 2],
+        shown={"statistics": ""},
+        curves=(Curve("largest curvature", "of the cable"),),
+    ),
+    _cable(
+        "min_bend_radius",
+        "m",
+        "smallest radius to which the cable is bent; inf where it is straight",
+        read=lambda n: _radius(n.each("bending", 3)[..., 2]),
+        summary="radius to which the cable is bent",
+    ),
+    _cable(
+        "bend_utilisation",
+        "1",
+        "curvature times minimum_bend_radius, the largest of the cable",
+        read=lambda n: n["bend_utilisation"],
+        summary="curvature over the allowed one",
         outputs=True,
     ),
     _buoy_vector(
@@ -298,6 +345,8 @@ _ALL: tuple[Quantity, ...] = (
     Quantity("frame", (), "s", "time of a frame", over="frame"),
     _frame_nodes("cable_position", "m", "position of the cable's nodes, in order from the anchor"),
     _frame_nodes("cable_velocity", "m s-1", "velocity of the cable's nodes, in order from the anchor"),
+    _frame_nodes("cable_moment", "N m", "m = EI t' of the cable's nodes; the bending moment is t x m"),
+    Quantity("curvature", ("node",), "m-1", "curvature in the cable's nodes, in order from the anchor", over="frame"),
     Quantity("cable_tension", ("cell",), "N", "mean tension of each element, in order from the anchor", over="frame"),
     _run_nodes("cable_position_minimum", "m", "least coordinates of the cable's nodes in any step"),
     _run_nodes("cable_position_maximum", "m", "largest coordinates of the cable's nodes in any step"),

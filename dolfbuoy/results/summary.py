@@ -229,7 +229,7 @@ def _snaps(record: xr.Dataset, scene: Scene, cable: int, sections: list[Cable]) 
 def _left(record: xr.Dataset, scene: Scene, _cable: int, sections: list[Cable]) -> list[str]:
     """Sentences about where a cable left the range of its model."""
     section, length = sections[0], sum(each.length for each in sections)
-    found = _compressed(record) + _unresolved_fold(record, section)
+    found = _compressed(record, sections) + _unresolved_fold(record, section)
     lowest = float(minimum(record, "cable_position")[..., 2].min())
     if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * length:
         depth = -scene.sea.depth - lowest
@@ -270,10 +270,15 @@ def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:
     return [f"{name}: It rose up to {z:.3g} m above the water, {UNSEEN}" for name, z in highest.items() if z > 0]
 
 
-def _compressed(record: xr.Dataset) -> list[str]:
-    """Sentence about elements under compression, where and how much; rounding is not counted."""
-    least = minimum(record, "cable_tension")
+def _compressed(record: xr.Dataset, sections: list[Cable]) -> list[str]:
+    """Sentence about elements under compression, where and how much; rounding is not counted, nor what an element that
+    bends carries before it buckles, EI (pi/h)^2."""
+    least, rods = minimum(record, "cable_tension"), np.array([c.bending_stiffness for c in sections])
     smallest = min(float(least.min()), float(record.tension_anchor.min()))
+    if rods.any():
+        sizes = np.array([c.length / np.sum(np.atleast_2d(c.elements)[:, -1]) for c in sections])
+        least = np.where(least > -(rods * (np.pi / sizes) ** 2)[record.segment_of_cell.values], 0.0, least)
+        smallest = float(least.min())
     largest = max(-smallest, float(maximum(record, "cable_tension").max()), float(record.tension_top.max()))
     if smallest >= -ROUNDING * largest:
         return []

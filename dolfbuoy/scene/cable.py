@@ -84,6 +84,27 @@ class Top(Section):
             raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
 
 
+class EndDirection(Section):
+    """Direction of a line at one of its ends; without it the end is pinned."""
+
+    direction: q.Vector = key("direction of the line there, from s = 0 on; at a buoy in its body frame", "1")
+    rotational_stiffness: Annotated[float, Field(gt=0, le=1e15)] | None = key(
+        "stiffness of a spring that turns the end into direction; absent: it is held", "N m/rad", default=None
+    )
+
+    @model_validator(mode="after")
+    def _given(self) -> Self:
+        if not math.hypot(*self.direction) > 1e-9:
+            raise Wrong("direction", list(self.direction), "must not be zero")
+        return self
+
+    @property
+    def unit(self) -> tuple[float, ...]:
+        """Direction, of length 1."""
+        size = math.hypot(*self.direction)
+        return tuple(x / size for x in self.direction)
+
+
 #: What no end of a cable moves at [m/s].
 FASTEST = 1e3
 #: Keys of which one gives the motion of an end.
@@ -170,10 +191,22 @@ class Cable(Section):
     damping: q.Damping = key(
         "internal (Kelvin-Voigt) damping c in T = EA e + c de/dt; finite EA only", "N s", default=0.0
     )
+    bending_stiffness: Annotated[float, Field(ge=0, le=1e15)] = key(
+        "bending stiffness EI; 0: a cable without bending", "N m^2", default=0.0
+    )
+    minimum_bend_radius: Annotated[float, Field(gt=0, le=1e5)] | None = key(
+        "smallest radius that the line may be bent to; enables the utilisation of bending", "m", default=None
+    )
     fails_at: FailsAt | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if self.bending_stiffness and self.slack == "tension-only":
+            raise Wrong("slack", self.slack, "does not go with bending_stiffness: a line that bends can be pushed")
+        if self.bending_stiffness and self.fails_at is not None:
+            raise Wrong("bending_stiffness", self.bending_stiffness, "does not go with fails_at")
+        if self.minimum_bend_radius is not None and not self.bending_stiffness:
+            raise Wrong("minimum_bend_radius", self.minimum_bend_radius, "goes with bending_stiffness only")
         if self.damping and math.isinf(self.axial_stiffness):
             raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
         if self.tension_degree >= self.position_degree:

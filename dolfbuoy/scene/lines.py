@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Self, cast
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
-from .cable import MOTION, Cable, Top
+from .cable import MOTION, Cable, EndDirection, Top
 from .quantities import Coefficient, DragArea, Height, Name, Title, Vector, Volume, Wrong, finite_numbers
 from .section import Section, key, unit_of
 
@@ -84,6 +84,8 @@ class Line(_From):  # type: ignore[misc]  # pydantic makes its base
     top: Top | None = None
     name: Name | None = key("name of the cable; required if there are several", default=None)
     to: Place | None = key("upper end (s = length): [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)
+    from_end: EndDirection | None = None
+    to_end: EndDirection | None = None
     segments: list[Segment] | None = key("segments from the lower end up, instead of length", default=None)
 
     @model_validator(mode="after")
@@ -110,12 +112,14 @@ _Joint: Any = create_model(
 class Joint(_Joint):  # type: ignore[misc]  # pydantic makes its base
     """A point where cables meet: free, with a body if it has mass or volume; held where it has a position."""
 
+    weld: bool = key("whether the two lines that meet here go on without a kink; both bend", default=False)
+
     @model_validator(mode="after")
     def _complete(self) -> Self:
         if self.position is None:
             self.refuse((*MOTION, "phase_deg", "ramp"), "goes with a position, the middle of the motion")
             return self
-        self.refuse(Body.model_fields, "goes with a free joint only, and this one has a position")
+        self.refuse((*Body.model_fields, "weld"), "goes with a free joint only, and this one has a position")
         if self.held is not None and self.held.kind == "prescribed":
             self.held.check_motion()
         return self

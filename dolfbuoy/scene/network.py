@@ -5,14 +5,14 @@ A scene with one [cable] and at most one [buoy] is a network too: one piece from
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
 from .buoy import Buoy
-from .cable import Cable, FailsAt, Top
+from .cable import Cable, EndDirection, FailsAt, Top
 from .library import FORMS
 from .lines import PHYSICAL, SHARED, SIZE, Body, Line, Material, Segment
 from .quantities import Missing, Wrong
@@ -27,7 +27,7 @@ OWN = ("wind", "external_force", "initial")
 
 @dataclass(frozen=True)
 class End:
-    """Attachment of an end of a piece of line.
+    """Attachment of an end of a piece of line; clamp: its direction, None where it is pinned.
 
     kind: "fixed", "prescribed", "free" (`top` says where, or the force on it), "joint" (a free one) or "buoy" (at the
     named fairlead, None: on its axis).  name: of the joint, held or free, or of the buoy.
@@ -37,6 +37,7 @@ class End:
     top: Top | None = None
     name: str | None = None
     fairlead: str | None = None
+    clamp: EndDirection | None = None
 
     @property
     def held(self) -> bool:
@@ -70,6 +71,8 @@ class Network:
     joints: dict[str, Top | None] = field(default_factory=dict)
     bodies: dict[str, Body] = field(default_factory=dict)
     buoys: dict[str, Buoy] = field(default_factory=dict)
+    #: Joints through which lines that bend go on without a kink.
+    welds: frozenset[str] = frozenset()
 
     @cached_property
     def _spans(self) -> list[range]:
@@ -167,6 +170,7 @@ class _Resolver:
                 raise Wrong("joint.name", name, "is the name of a buoy")
         self.joints = {name: joint.held for name, joint in joints.items()}
         self.bodies = {name: joint for name, joint in joints.items() if any(_numbers(joint))}
+        self.welds = {name for name, joint in joints.items() if joint.weld}
         self.used: set[str] = set()
 
     def network(self) -> Network:
@@ -177,7 +181,8 @@ class _Resolver:
             place = getattr(line, "from")
             anchor = line.anchor or (0.0, 0.0, -self.scene.sea.depth if self.scene.sea else 0.0)
             low = _fixed(anchor) if place is None else self._end(place, f"{key}.from")
-            pieces += self._chain(number, name, line, sections, (low, self._high(name, line)))
+            low, high = replace(low, clamp=line.from_end), replace(self._high(name, line), clamp=line.to_end)
+            pieces += self._chain(number, name, line, sections, (low, high))
         for name in self.joints:
             if name not in self.used:
                 raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
@@ -186,7 +191,8 @@ class _Resolver:
         for name, buoy in self.buoys.items():
             own = {key: getattr(buoy, key) or (getattr(self.scene, key) if alone else None) for key in OWN}
             buoys[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
-        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys)
+        welds = frozenset(self.welds)
+        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys, welds)
 
     def _key(self, cable: str) -> str:
         return _key_of("cable", self.cables, cable)
@@ -203,6 +209,8 @@ class _Resolver:
                 "sits at the end of a cable is a [[joint]]",
             )
         between = [f"{name}.{k}" for k in range(1, len(sections))]
+        bends = [section.bending_stiffness > 0 for section in sections]
+        self.welds |= {joint for joint, *both in zip(between, bends, bends[1:], strict=False) if all(both)}
         for joint, body in zip(between, bodies, strict=False):
             self.joints[joint] = None
             self.used.add(joint)
@@ -334,6 +342,7 @@ def check_network(scene: "Scene") -> None:
         if low.held and high.held and low.position == high.position:
             key = f"{network.key_of(number)}.{'to' if getattr(section, 'to', None) is not None else 'top.position'}"
             raise Wrong(key, high.position, "is where the cable comes from: its ends must be two places")
+    _check_bending(network)
     _check_parting(network)
     _check_held(network)
     for name in OWN[:2] if len(network.buoys) > 1 else ():
@@ -343,6 +352,24 @@ def check_network(scene: "Scene") -> None:
     for name in type(scene.initial).model_fields if len(network.buoys) > 1 else ():
         if name.startswith("buoy_") and (value := getattr(scene.initial, name)) is not None:
             raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
+
+
+def _check_bending(network: Network) -> None:
+    """Directions belong to ends of lines that bend, which have something to hold them; welds to two such lines."""
+    for piece in network.pieces:
+        for name, end in zip(("from_end", "to_end"), piece.ends, strict=True):
+            key = f"{network.key_of(piece.cable)}.{name}.direction"
+            if end.clamp is None:
+                continue
+            if not piece.section.bending_stiffness:
+                raise Wrong(key, list(end.clamp.direction), "goes with a line that has bending_stiffness")
+            if end.kind == "joint":
+                raise Wrong(key, list(end.clamp.direction), "goes with an end that is held, free or on a buoy")
+    for name, ends in network.meetings().items():
+        if name in network.welds:
+            bend = [network.pieces[k].section.bending_stiffness > 0 for k, _ in ends]
+            if bend != [True, True]:
+                raise Wrong("joint.weld", True, f"joins two lines with bending_stiffness, not {len(ends)} at {name}")
 
 
 def _check_parting(network: Network) -> None:

@@ -75,7 +75,7 @@ def _check_determined(problem: Problem) -> None:
         key, w = network.key_of(piece.cable), weight_per_length(scene, piece.section)
         key += f".segments.{piece.number}" if len(network.pieces_of(piece.cable)) > 1 else ""
         ends: Sequence[Any] = piece.ends
-        top, loose = ends[1].top, w == 0 and scene.current is None
+        top, loose = ends[1].top, w == 0 and scene.current is None and not c.bending_stiffness
         if ends[1].kind == "free" and loose and not any(top.force) and len(network.pieces) == 1:
             raise InputError(
                 f"{key}.top.force = {list(top.force)}: nothing pulls at this cable, which has no weight here either: "

@@ -46,11 +46,14 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
     """The scene with its buoys replaced by fixed ends of the lines there."""
     network, cables = scene.network, []
     for number, cable in enumerate(scene.cables):
-        changes = {}
+        changes: dict[str, Any] = {}
         for name, index, piece in (("from", 0, network.first_of(number)), ("to", 1, network.last_of(number))):
             end = network.pieces[piece].ends[index]
             if end.kind == "buoy":
                 changes[name] = tuple(float(x) for x in place_of(network, end, poses))
+                if end.clamp is not None:
+                    turned = rotation_of(poses[str(end.name)][1]) @ end.clamp.direction
+                    changes[f"{name}_end"] = end.clamp.model_copy(update={"direction": tuple(turned.tolist())})
         cables.append(cable.model_copy(update=changes))
     return scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
 

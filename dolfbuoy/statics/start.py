@@ -5,6 +5,7 @@ The drag of a current is estimated as that of a stream across hulls and lines, h
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,6 +44,10 @@ class Start(NamedTuple):
             lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
         for a in problem.attachments:
             u[a.slice] = np.concatenate(self.end(a.piece, a.end))
+            if a.clamp:
+                clamp: Any = problem.network.pieces[a.piece].ends[a.end].clamp
+                way = rotation_of(self.poses[str(problem.network.pieces[a.piece].ends[a.end].name)]) @ clamp.unit
+                u[a.clamp.slice] = [*way, 0.0, 0.0, 0.0]
         for name, buoy in problem.buoys.items():
             attachment: Any = problem.attached_to(buoy)[0]
             q4 = self.poses[name]
@@ -92,12 +97,37 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
             if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
                 network = replace(network, joints=joints)
                 found = still.solve(network)
-        return Start(problem, found.shapes, poses)
+        return Start(problem, _cantilevers(problem, found.shapes), poses)
 
     start = rest()
     overturned = [name for name in poses if _overturns(start, name)]
     poses |= dict.fromkeys(overturned, OVERTURNED)
     return rest() if overturned else start
+
+
+def _cantilevers(problem: Problem, shapes: Sequence[still.Shape]) -> Sequence[still.Shape]:
+    """Shapes of all pieces; a cable that bends, one end held in a direction and nothing at the other, is straight."""
+    network, found = problem.network, list(shapes)
+    alone = {name for name, ends in network.meetings().items() if len(ends) == 1}
+    for numbers in map(network.pieces_of, range(len(network.cables))):
+        pieces = [network.pieces[k] for k in numbers]
+        length = sum(piece.section.length for piece in pieces)
+        for held, other, begin in (
+            (pieces[0].ends[0], pieces[-1].ends[1], 0.0),
+            (pieces[-1].ends[1], pieces[0].ends[0], length),
+        ):
+            loose = other.kind == "free" or other.name in alone
+            if held.held and held.clamp and loose and all(piece.section.bending_stiffness for piece in pieces):
+                top: Any = held.top
+                way, place, at = np.array(held.clamp.unit), np.array(top_position(top, 0.0)), 0.0
+                for k, piece in zip(numbers, pieces, strict=True):
+                    found[k] = still.Drawn(partial(_straight, place + (at - begin) * way, way))
+                    at += piece.section.length
+    return found
+
+
+def _straight(place: Array, way: Array, s: Array) -> Array:
+    return np.asarray(place + np.multiply.outer(np.asarray(s), way))
 
 
 def _aside(problem: Problem) -> Array:

@@ -25,6 +25,8 @@ from .start import closed_form
 ROUNDING = 1e-9
 #: A state at rest is one with another if no point is farther away, in lengths of the longest line.
 SAME = 1e-6
+#: Angle [rad] by which the direction of an end may differ from that of a start, for Newton to find the nearest shape.
+FAR = 1.0
 
 
 class Way(NamedTuple):
@@ -65,13 +67,13 @@ def find_rest(problem: Problem, put: Callable[[], None], ways: Sequence[Way]) ->
 
 
 def is_compressed(problem: Problem) -> bool:
-    """True if some dof of T is negative beyond rounding, on any rank.
+    """True if some dof of T of a line without bending stiffness is negative beyond rounding, on any rank.
 
     Next to lines that take no compression those that do are struts, which are meant to.
     """
     if problem.law is not None:
         return False
-    T = problem.system.u[problem.lines.T_dofs]
+    T = problem.system.u[problem.lines.T_dofs[~problem.lines.bends]]
     worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
     return bool(worst > ROUNDING * largest)
 
@@ -109,6 +111,31 @@ def newton(problem: Problem) -> None:
     problem.iterations += problem.newton.solve()
 
 
+def directly(problem: Problem) -> None:
+    """From the start at once; ends whose direction is far from that of the start are turned there by and by."""
+    turns, u = [], problem.system.u
+    for group in problem.lines.groups:
+        for (piece, end), (direction, _) in group.clamps.items():
+            if group.owns_end(piece, end):
+                nodes = group.nodes_of[piece][np.argsort(group.node_s[group.nodes_of[piece]])]
+                low, high = u[group.part.slice][group.node_dofs[nodes[[-2, -1] if end else [0, 1]]]]
+                way, to = (high - low) / np.linalg.norm(high - low), direction.value.copy()
+                turns.append((direction, way, to, float(np.arccos(np.clip(way @ to, -1.0, 1.0)))))
+    if problem.comm.allreduce(max((angle for *_, angle in turns), default=0.0), op=max) < FAR:
+        newton(problem)
+        return
+
+    def turn(x: float) -> None:
+        for direction, way, to, angle in turns:
+            across = to - (way @ to) * way
+            if (size := np.linalg.norm(across)) < 1e-9:  # towards any side
+                across = np.cross(way, np.eye(3)[np.abs(way).argmin()])
+                size = np.linalg.norm(across)
+            direction.value[:] = np.cos(x * angle) * way + np.sin(x * angle) * across / size
+
+    march(problem, turn)
+
+
 def by_current(problem: Problem) -> None:
     """From still water on."""
     seas = [part.sea for model in problem.models for part in getattr(model, "groups", [model])]
@@ -118,6 +145,21 @@ def by_current(problem: Problem) -> None:
             sea.scale_current(x)
 
     march(problem, scale)
+
+
+def by_bending(problem: Problem) -> None:
+    """From lines that do not bend."""
+    rates = [group.share_of_bending for group in problem.lines.groups if group.moment_dofs is not None]
+
+    def bend(x: float) -> None:
+        for rate in rates:
+            rate.value = x
+
+    march(problem, bend)
+
+
+def _bends(problem: Problem) -> bool:
+    return any(piece.section.bending_stiffness for piece in problem.network.pieces)
 
 
 def by_relaxation(problem: Problem, **motion: Any) -> None:
@@ -211,7 +253,8 @@ def by_end_position(problem: Problem) -> None:
     ends: Sequence[Any] = piece.ends
     low, high = (top_position(end.top, 0.0) for end in ends)
     aside = (high - low) * [1.0, 1.0, 0.0]
-    aside = aside / np.linalg.norm(aside) if np.any(aside) else np.array([1.0, 0.0, 0.0])
+    size = np.linalg.norm(aside)
+    aside = aside / size if size > SAME * piece.section.length else np.array([1.0, 0.0, 0.0])
     easy = low + 0.5 * piece.section.length * (aside + [0.0, 0.0, 1.0 if high[2] >= low[2] else -1.0])
     top = lines.end_dofs[0][1]
 
@@ -232,10 +275,11 @@ MOTIONS = (
 )
 #: In the order in which they are tried.
 WAYS = (
-    Way("newton", newton),
+    Way("newton", directly),
     Way("current", by_current, lambda problem: problem.scene.current is not None),
     MOTIONS[0],
-    Way("other slack law", by_the_other_law),
+    Way("bending", by_bending, _bends),
+    Way("other slack law", by_the_other_law, lambda problem: not _bends(problem)),
     Way(
         "stiffness",
         by_stiffness,

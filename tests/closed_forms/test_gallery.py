@@ -9,7 +9,7 @@ from itertools import pairwise
 import alone
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp, trapezoid
+from scipy.integrate import solve_bvp, solve_ivp, trapezoid
 from scipy.optimize import brentq
 
 from dolfbuoy.scene import load_scene
@@ -143,3 +143,45 @@ def test_towed_array_settles_to_its_steady_shape():
     end, tension = flow_line(np.array([-drag, lift]), lines, lambda z: -2.5, np.array([tail, depth]))
     assert end == pytest.approx([2.5 * (120.0 - 10.0), 0.0], abs=0.3)
     assert float(found.tension_top[-1]) == pytest.approx(tension, rel=5e-3)
+
+
+def test_power_cable_is_an_elastica_on_springs():
+    """In still water without friction: Kirchhoff's equations in the plane, collocated by scipy from the shape found."""
+    scene = load_scene("power-cable", current=None, waves=None, seabed__friction=0.0)
+    found = alone.solve_static(scene)
+    sections = [piece.section for piece in scene.network.pieces]
+    ends = np.cumsum([0.0, *(c.length for c in sections)])
+    EI = np.array([c.bending_stiffness for c in sections])
+    w = np.array([G * (c.line_density - RHO * (c.area or math.pi / 4 * c.diameter**2)) for c in sections])
+    k = np.array([1e5 * c.diameter for c in sections])
+    x, _, z = found.cable_position.values.T
+    s, (n, top) = found.s.values, (len(sections), scene.network.pieces[-1].ends[1])
+    angle = math.atan2(top.clamp.direction[2], top.clamp.direction[0])
+
+    # all pieces at once, each over 0 ... 1: (x, z, theta, M, V) of the first, of the second, ...; H is the parameter
+    def slopes(xi, y, p):
+        rates = []
+        for i in range(n):
+            _, height, theta, M, V = y[5 * i : 5 * i + 5]
+            bed = k[i] * np.maximum(-60.0 - height, 0.0)
+            rates += [np.cos(theta), np.sin(theta), M / EI[i], p[0] * np.sin(theta) - V * np.cos(theta), w[i] - bed]
+        return np.array(rates) * np.repeat(np.diff(ends), 5)[:, None]
+
+    def gaps(low, high, p):
+        joined = np.concatenate([high[5 * i : 5 * i + 5] - low[5 * i + 5 : 5 * i + 10] for i in range(n - 1)])
+        at_ends = [low[0], low[1] + 60.0, low[3], high[-5] - 92.0, high[-4] + 5.0, high[-3] - angle]
+        return np.concatenate([at_ends, joined])
+
+    xi = np.linspace(0.0, 1.0, 101)
+    H = float(found.end_tension[0])
+    theta = np.unwrap(np.arctan2(np.gradient(z, s), np.gradient(x, s)))
+    M = -found.cable_moment.values[:, 0] * np.sin(theta) + found.cable_moment.values[:, 2] * np.cos(theta)
+    above = np.append(np.cumsum((w * np.diff(ends))[::-1])[::-1], 0.0)  # weight of what is above
+    V = float(found.end_tension[2]) - np.interp(s, ends, above)
+    guess = [np.interp(a + (b - a) * xi, s, values) for a, b in pairwise(ends) for values in (x, z, theta, M, V)]
+    solved = solve_bvp(slopes, gaps, xi, np.array(guess), [H], tol=1e-4)
+    assert solved.success, solved.message
+    assert pytest.approx(solved.p[0], rel=1e-3) == H
+    assert float(found.end_moment) == pytest.approx(abs(solved.y[-2, -1]), rel=2e-3)
+    curvature = max(np.abs(solved.y[5 * i + 3]).max() / EI[i] for i in range(n))
+    assert float(found.min_bend_radius) == pytest.approx(1 / curvature, rel=5e-3)

@@ -67,7 +67,7 @@ def test_meaning_of_moordyns_columns():
     ("changes", "line", "words"),
     [
         ({"BA": -0.8}, 6, "numerical"),
-        ({"EI": 1e4}, 6, "no bending stiffness"),
+        ({"EI": 1e4}, 6, "their ends are pinned"),
         ({"CaAx": 0.5}, 6, "no added mass along a line"),
     ],
 )
@@ -231,6 +231,20 @@ def test_bad_yaml_is_one_sentence_and_runs_nothing(text, words):
     with pytest.raises(InputError) as error:
         from_yaml.scene_of(text)
     assert words in str(error.value)
+
+
+def test_bending_stiffness_there_and_back():
+    """Of its type; such lines carry compression, the others of the file none."""
+    scene, _ = imported(EI=1e4)
+    scene = load_scene(scene)
+    stiff = [piece.section for piece in scene.network.pieces if piece.section.bending_stiffness]
+    assert {c.bending_stiffness for c in stiff} == {1e4}
+    assert {c.slack for c in stiff} == {"compressive"}
+    text = export(scene).files["lines.txt"]
+    columns, row = (
+        next(line.split() for line in text.splitlines() if line.startswith(x)) for x in ("TypeName", "type1")
+    )
+    assert float(row[columns.index("EI")]) == 1e4
 
 
 def test_names_of_a_file_cannot_leave_the_comments_of_the_scene():

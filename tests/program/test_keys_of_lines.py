@@ -255,3 +255,43 @@ def test_damping_of_a_stretching_line(key, value):
     }  # hardly taut: the slow modes are across, then come those along
     found = modes(changed(placed(key, value), heavy), number=9).set_index(mode="name").sel(mode="cable axial 1")
     assert float(found.damping_ratio) == pytest.approx(value / 1e6 * float(found.omega) / 2, rel=1e-5)
+
+
+# -- bending -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("prefix", SPELLINGS)
+@shows(*(f"{prefix}{name}" for prefix in SPELLINGS for name in ("bending_stiffness", "minimum_bend_radius")))
+@shows("cable.from_end.direction", "cable.from_end.rotational_stiffness")
+@shows("cable.to_end.direction", "cable.to_end.rotational_stiffness")
+def test_bending_at_a_clamp(prefix):
+    """2 sqrt(EI T) sin of half the angle to the pull; a spring has k sin of the rest of it, at either end."""
+    size = "cable.segments.0.elements" if prefix == "cable.segments." else "cable.elements"
+    scene = changed(placed(f"{prefix}bending_stiffness", 1e4), {size: 200})
+    radius = {"material.NAME.": "material.rope.", "cable.segments.": "cable.segments.0."}.get(prefix, prefix)
+    scene = changed(scene, {f"{radius}minimum_bend_radius": 3.0})
+    for end, force, moment in (("from_end", "anchor_force", "anchor_moment"), ("to_end", "end_tension", "end_moment")):
+        rest = solve_static(changed(scene, {f"cable.{end}": {"direction": [1.0, 0.0, 1.0]}}))
+        T = np.linalg.norm(rest[force].values)
+        expected = 2 * math.sqrt(1e4 * T) * math.sin(math.pi / 8)
+        assert rest[moment].item() == pytest.approx(expected, rel=0.02)
+        assert rest.bend_utilisation.item() == pytest.approx(3.0 * expected / 1e4, rel=0.02)
+        spring = {"direction": [1.0, 0.0, 1.0], "rotational_stiffness": 1e3}
+        m = solve_static(changed(scene, {f"cable.{end}": spring}))[moment].item()
+        left = math.pi / 4 - math.asin(m / 1e3)
+        assert m == pytest.approx(2 * math.sqrt(1e4 * T) * math.sin(left / 2), rel=0.03)
+
+
+@shows("joint.weld")
+def test_a_weld_carries_a_moment():
+    """A beam of two pieces, clamped at one end, is a cantilever with a weld, a shorter one with a load without it."""
+    half = {"length": 5.0, "line_density": 1.0, "bending_stiffness": 1e4, "elements": 10}
+    low = half | {"name": "low", "from": [0.0, 0.0, 0.0], "to": "middle", "from_end": {"direction": [1.0, 0.0, 0.0]}}
+    high = half | {"name": "high", "from": "middle", "top": {"kind": "free"}}
+    rest = {
+        weld: solve_static({"gravity": G, "cable": [low, high], "joint": [{"name": "middle", "weld": weld}]})
+        for weld in (True, False)
+    }
+    drop = {weld: one.cable_position.values[-1, 2] for weld, one in rest.items()}
+    assert drop[True] == pytest.approx(-G * 10.0**4 / 8 / 1e4, rel=0.02)
+    assert drop[False] == pytest.approx(-5.0 - G * (5.0**4 / 8 + 5.0 * 5.0**3 / 3) / 1e4, rel=1e-3)

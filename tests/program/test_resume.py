@@ -77,6 +77,14 @@ SCENES = {
         "initial": {"buoy_angular_velocity": [0.1, -0.2, 0.3]},
         "time": TIME,
     },
+    "bending": merged(
+        MOORED,
+        cable__elements=4,
+        cable__bending_stiffness=1e5,
+        cable__to_end={"direction": [0.0, 0.0, 1.0]},
+        waves__ramp=0.2,
+        time=TIME,
+    ),
     "network": NETWORK,
 }
 SCHEMES = ("backward-euler", "bdf2", "generalized-alpha")

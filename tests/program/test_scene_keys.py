@@ -18,6 +18,8 @@ UNITS = {
     "N m s",
     "N s",
     "N s/m",
+    "N m^2",
+    "N m/rad",
     "deg",
     "kg",
     "kg m^2",
@@ -78,7 +80,7 @@ def test_no_key_of_the_shipped_scenes_is_left_out():
 def test_every_section_is_described():
     sections = {key.name.split(".")[0] for key in KEYS if "." in key.name}
     definitions = Scene.model_json_schema()["$defs"]
-    more = ("Top", "FailsAt", "PointMass", "Spectrum", "Segment", "Body", "BuoyStart")  # in others
+    more = ("Top", "FailsAt", "PointMass", "Spectrum", "Segment", "Body", "BuoyStart", "EndDirection")  # in others
     assert len(definitions) == len(sections) + len(more)
     assert set(more) - {"Spectrum"} <= set(definitions)
     assert all(10 < len(section["description"]) < 130 for section in definitions.values())
@@ -124,8 +126,17 @@ def test_defaults_are_those_of_scenes_that_leave_keys_out():
         assert found[name] == (pytest.approx(value, rel=1e-5) if isinstance(value, float) else value), name
 
 
-#: Of tables in lists or by name, whose messages have a number or a name more.
-LISTED = ("buoy.point_masses.", "cable.segments.", "joint.", "material.", "buoy.wind.", "buoy.external_force.")
+#: Of tables in lists or by name, whose messages have a number or a name more; of ends, which need a direction too.
+LISTED = (
+    "buoy.point_masses.",
+    "cable.segments.",
+    "cable.from_end.",
+    "cable.to_end.",
+    "joint.",
+    "material.",
+    "buoy.wind.",
+    "buoy.external_force.",
+)
 BOUNDED = [
     key for key in KEYS if re.fullmatch(r"(whole )?number [<>].*", key.range) and not key.name.startswith(LISTED)
 ]

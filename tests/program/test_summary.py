@@ -213,11 +213,13 @@ def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
 def test_units_of_the_record():
     """SI, degrees for angles."""
     units = {
+        "N m": "anchor_moment end_moment cable_moment",
+        "m-1": "largest_curvature curvature",
         "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension growth_weight "
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell length_on_bed touchdown joint_position "
-        "cable_position_minimum cable_position_maximum wave_amplitude",
+        "cable_position_minimum cable_position_maximum wave_amplitude min_bend_radius",
         "s": "time time_step frame wave_period parted_at",
         "m s-1": "cable_velocity",
         "kg": "displaced_mass",
@@ -225,7 +227,7 @@ def test_units_of_the_record():
         "kg m2 s-1": "angular_momentum",
         "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
         "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell "
-        "utilisation cable_utilisation_maximum growth_diameter growth_mass",
+        "utilisation bend_utilisation cable_utilisation_maximum growth_diameter growth_mass",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
     found = {name: one.unit for name, one in over("time", "frame", "run", "").items()}

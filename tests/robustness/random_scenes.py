@@ -104,13 +104,14 @@ STRUCTURAL = {
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
     "time.min_step", "time.max_step", "time.output_every", "cable.breaking_load", "solver.petsc", "library",
+    "cable.minimum_bend_radius",
     "solver.step_tolerance", "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
     "accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds", "uncertain",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
 OF_NETWORKS = re.compile(
-    r"joint\.|material\.|cable\.(name|from|to|material|segments|fails_at)\b|cable\.top\.(motion|velocity)"
+    r"joint\.|material\.|cable\.(name|from|to|from_end|to_end|material|segments|fails_at)\b|cable\.top\.(motion|velocity)"
     r"|buoy\.(name|fairleads|wind|external_force|initial)\b"
 )
 
@@ -167,6 +168,10 @@ STRUCTURES = {
     "top moved in water": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED},
     "grown": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED | {"marine_growth": [[-50.0, 1.0, 1.0], [-1.0, 3.0, 2.0]]}},
     "inextensible, top moved": {"sea": SEA, "cable": LOADED | P2P1 | MOVED},
+    "stiff line in waves": {
+        "sea": SEA, "cable": LOADED | ELASTIC | P2P1 | FIXED | {"bending_stiffness": ANY}, "waves": WAVES,
+        "current": CURRENT, "time": TIME,
+    },
     "waves and current": {
         "sea": SEA, "cable": LOADED | ELASTIC | FIXED, "waves": WAVES, "current": CURRENT,
     },

@@ -128,6 +128,8 @@ def everything():
     scene["buoy"] = [slim, wide | {"fairleads": {"side": [0.5, 0.0, 0.6]}}]
     scene["cable"].append({"name": "leg", "material": "rope", "from": [5.0, 9.0, -30.0], "to": "slim", "length": 34.0})
     scene["cable"][-1] |= SAME
+    scene["cable"][2] |= {"slack": "compressive", "bending_stiffness": 50.0, "minimum_bend_radius": 1.0}
+    scene["cable"][2]["from_end"] = {"direction": [1.0, 0.0, -1.0]}
     scene["waves"] = {"spectrum": "jonswap", "significant_height": 0.5, "peak_period": 5.0, "spreading": 9.0}
     return load_scene(scene | {"seabed": {"friction": 0.5}})
 

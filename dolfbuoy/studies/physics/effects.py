@@ -66,7 +66,8 @@ def variant(scene: Scene, left_out: Collection[str] = (), only: Collection[str] 
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
-    changes: Row = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}
+    effects = [e for e in model.EFFECTS if e.name in left_out]
+    changes: Row = {e.key: e.neutral for e in effects} | {key: None for e in effects for key in e.brings}
     places: Row = {}
     for key, value in changes.items():
         if key.rpartition(".")[0] not in changes:  # it would bring back the section that is left out as a whole

@@ -1,0 +1,58 @@
+"""Lines that bend, at rest: the length over which a direction at an end is felt, its moment, the sharpest bend."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..meshes import cable_nodes
+from ..model.problem import Problem
+from ..results.bending import Bending
+
+if TYPE_CHECKING:
+    from .report import Report
+
+#: Longest element at a clamp, in bending lengths, for 1 % of the moment there; of degree 1, 2 and higher ones.
+LONGEST_AT_CLAMP = 0.5, 1.0, 2.0
+#: Bending lengths of a piece beyond which nothing of the other end is felt at a clamp.
+FAR = 5
+
+
+def bent_at_rest(problem: Problem, report: "Report") -> None:
+    """Add bending lengths, moments and radii of lines that bend to the Report of `check`; collective."""
+    network, bending = problem.network, Bending(problem)
+    bending.note()
+    for k, piece in enumerate(network.pieces):
+        c = piece.section
+        if not c.bending_stiffness:
+            continue
+        sizes = np.diff(cable_nodes(c.length, c.elements, c.grading))
+        for i, end in enumerate(piece.ends):
+            if end.clamp is None:
+                continue
+            force = problem.end_force(k, i)
+            T, side = float(np.linalg.norm(force)), ("lower", "upper")[i]
+            if 1e-9 * problem.typical_force >= T:
+                continue
+            about = report.about(network.name_of(k) if len(network.pieces) > 1 else "")
+            felt, h = math.sqrt(c.bending_stiffness / T), float(sizes[-i])
+            about.add("bending length sqrt(EI/T)", felt, "m", f"at the {side} end, whose element has {h:.3g} m")
+            longest = LONGEST_AT_CLAMP[min(c.position_degree, 3) - 1] * felt
+            about.warn(
+                h > longest,
+                f"The element at the {side} end ({h:.3g} m) is too long for the bending length {felt:.3g} m: "
+                f"the moment there is right to 1 % with elements of {longest:.2g} m, by a grading or a short segment.",
+            )
+            if end.held and end.clamp.rotational_stiffness is None and c.length > FAR * felt:
+                cosine = (2 * i - 1) * float(force @ end.clamp.unit) / T
+                angle = math.acos(min(max(cosine, -1.0), 1.0))
+                moment = 2 * math.sqrt(c.bending_stiffness * T) * math.sin(angle / 2)
+                remark = (
+                    f"of a taut line at {math.degrees(angle):.3g} deg; computed {bending.values[piece.cable, i]:.4g}"
+                )
+                about.add(f"moment at the {side} end", moment, "N m", remark)
+    for name, use in zip(network.cables, bending.utilisation, strict=True):
+        if use > 0:
+            about = report.about(name if len(network.cables) > 1 else "")
+            about.add("equilibrium: curvature times minimum_bend_radius", use)
+            about.warn(use > 1, "The equilibrium is bent more sharply than minimum_bend_radius allows.")

@@ -1,0 +1,69 @@
+"""Bending of lines at an instant: moments at the ends, the sharpest bend, and what of the allowed curvature is used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..elsewhere import MPI
+from ..scene.network import Network
+
+if TYPE_CHECKING:
+    from ..model.problem import Problem
+
+
+def bends(network: Network) -> bool:
+    """True if any of its lines has a bending stiffness."""
+    return any(piece.section.bending_stiffness for piece in network.pieces)
+
+
+class Bending:
+    """Bending of the cables of a Problem.
+
+    values (cable, 3), as of the last `note`: |m| at s = 0 and s = L [N m], largest curvature [1/m].  utilisation
+    (cable,): largest product of a curvature and the `minimum_bend_radius` there, 0 without one; limited: whether any
+    line has one.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, network = problem, problem.network
+        lines: Any = problem.lines
+        self.values, self.utilisation = np.zeros((len(network.cables), 3)), np.zeros(len(network.cables))
+        sections = [piece.section for piece in network.pieces]
+        stiffness = np.array([c.bending_stiffness or np.inf for c in sections])
+        radius = np.array([c.minimum_bend_radius or 0.0 for c in sections])
+        self.limited = bool(radius.any())
+        owned = slice(lines.owned_nodes)
+        self._per_moment, self._radius = (1 / stiffness)[lines.line_of_node[owned]], radius[lines.line_of_node[owned]]
+        self._cable = np.array([piece.cable for piece in network.pieces])[lines.line_of_node[owned]]
+        s = lines.node_s[owned]
+        order = np.lexsort((s, lines.line_of_node[owned]))
+        self._ends = []  #: (cable, column, node) of the ends that this rank owns
+        for cable in range(len(network.cables)):
+            for column, (k, end) in enumerate(((network.first_of(cable), 0), (network.last_of(cable), 1))):
+                mine = order[lines.line_of_node[owned][order] == k]
+                if lines.owns_end(k, end) and len(mine):
+                    self._ends.append((cable, column, mine[-end]))
+
+    def _sizes(self) -> NDArray[Any]:
+        """|m| in the nodes of this rank [N m]."""
+        lines: Any = self.problem.lines
+        return np.asarray(np.linalg.norm(lines.moments(self.problem.system.u)[: len(self._cable)], axis=1))
+
+    def curvatures(self) -> NDArray[Any]:
+        """Curvature in the nodes of this rank [1/m]."""
+        return np.asarray(self._sizes() * self._per_moment)
+
+    def note(self) -> None:
+        """Take the present unknowns; collective."""
+        moments, found = self._sizes(), np.zeros((len(self.values), 4))
+        curvature = moments * self._per_moment
+        np.maximum.at(found[:, 2], self._cable, curvature)
+        np.maximum.at(found[:, 3], self._cable, curvature * self._radius)
+        for cable, column, node in self._ends:
+            found[cable, column] = moments[node]
+        if self.problem.comm.size > 1:
+            self.problem.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
+        self.values[:], self.utilisation[:] = found[:, :3], found[:, 3]

@@ -1,0 +1,59 @@
+"""Bending of a line: the moment vector m(s, t) = EI t' [N m] as a third field, in the space of r.
+
+With t = r'/|r'| and the prime of *unstretched* s, (11)_1 gains the shear force, and m has an equation of its own:
+
+    - (P m'/|r'|, v')                                      P = I - t t
+    - (E0/EI m, p) - (E0 t, p') + E0 [t_b . p]_0^L = 0
+
+A Kirchhoff rod, straight where nothing acts, alike in all directions, without torsion: its moment is t x m, its
+curvature |m|/EI.  Both come from one functional (Hellinger and Reissner), so that T stays the axial tension.  E0 is one
+typical stiffness: a stiffness that differs from cell to cell would lose the jumps of t in (t, p').  Ends are pinned
+where m = 0; where a direction t_b is given m is free.
+"""
+
+from ufl import cross, dot, inner, sqrt
+
+from .cable import tangent
+from .kinds import Expr, Scalar
+
+
+def shear(r: Expr, m: Expr) -> Expr:
+    """P m'/|r'|: minus the force across the line [N]."""
+    t = tangent(r)
+    return (m.dx(0) - inner(m.dx(0), t) * t) / sqrt(dot(r.dx(0), r.dx(0)))
+
+
+def shear_term(r: Expr, m: Expr, v: Expr) -> Expr:
+    """- (P m'/|r'|, v')."""
+    return -inner(shear(r, m), v.dx(0))
+
+
+def curvature_equation(r: Expr, m: Expr, EI: Scalar, E0: Scalar, p: Expr, share: Scalar = 1.0) -> Expr:
+    """- (E0/EI m, p) - (E0 t, p'); share: of the curvature that counts, below 1 on the way to an equilibrium."""
+    return -E0 * (inner(m, p) / EI + share * inner(tangent(r), p.dx(0)))
+
+
+def end_direction(t_b: Expr, E0: Scalar, p: Expr, end: int) -> Expr:
+    """E0 [t_b . p] at s = 0 (end 0) or s = L (end 1)."""
+    return (2 * end - 1) * E0 * inner(t_b, p)
+
+
+def sprung_direction(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
+    """Direction of an end that a spring k [N m/rad] turns towards t_0: |m| = k sin of the angle between them."""
+    turned = t_0 + (1 - 2 * end) * m / k
+    return turned / sqrt(inner(turned, turned))
+
+
+def end_torque(m: Expr, t_b: Expr, end: int) -> Expr:
+    """Torque of the moment at s = 0 (end 0) or s = L (end 1) on what holds it there: -m x t_b or m x t_b [N m]."""
+    return (2 * end - 1) * cross(m, t_b)
+
+
+def spring_energy(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
+    """k (1 - cos) of the angle between an end and the direction that its spring turns it to [J]."""
+    return k * (1 - inner(t_0, sprung_direction(t_0, m, k, end)))
+
+
+def bending_energy(m: Expr, EI: Scalar) -> Expr:
+    """1/2 |m|^2/EI per unstretched length [J/m]."""
+    return 0.5 * inner(m, m) / EI

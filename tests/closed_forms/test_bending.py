@@ -1,0 +1,317 @@
+"""Lines with a bending stiffness at rest: shapes, forces, moments, and their orders; balances that hold exactly.
+
+Source: elliptic integrals (elastica, buckled column), the circle, first integral of the elastica, Gauss collocation of
+order 16 and 20 that agrees to 2e-12 (heavy cantilever, clamped catenary, riser and lazy wave on a soft bed); sums of
+forces and moments by hand.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from dolfbuoy import InputError, load_scene, solve_static
+from dolfbuoy.check import check
+
+G = 10.0
+
+
+def rod(length, stiffness, elements=32, degree=2, weight=0.0, points=None, **keys):
+    """A rod from the origin; weight [N/m], in air."""
+    cable = {
+        "length": length,
+        "line_density": weight / G or 1.0,
+        "bending_stiffness": stiffness,
+        "elements": elements,
+        "position_degree": degree,
+        "tension_degree": degree - 1,
+        "anchor": [0.0, 0.0, 0.0],
+    }
+    scene = {"gravity": G if weight else 0.0, "cable": cable | keys}
+    return scene | ({"initial": {"kind": "equilibrium", "points": points}} if points is not None else {})
+
+
+def direction(degrees, **more):
+    angle = math.radians(degrees)
+    return {"direction": [math.cos(angle), 0.0, math.sin(angle)], **more}
+
+
+def end(rest):
+    """Place of the upper end."""
+    return rest.cable_position.values[-1]
+
+
+def pulled(force):
+    return {"from_end": {"direction": [1.0, 0.0, 0.0]}, "top": {"kind": "free", "force": [0.0, 0.0, force]}}
+
+
+ELASTICA = {
+    10.0: (9.43566763717, 3.017207738, 94.3566763717, 0.0),
+    50.0: (6.12371639276, 7.13791523612, 306.185819638, 0.0),
+}
+
+
+@pytest.mark.parametrize(
+    ("force", "degree"), [(10.0, 1), (10.0, 2), (10.0, 3), (50.0, 1), (50.0, 2), (50.0, 3), (50.0, 4)]
+)
+def test_elastica(force, degree):
+    """A dead load across the tip: place of the tip and moment at the root, of order 2 mu."""
+    x, z, moment, _ = ELASTICA[force]
+    errors = []
+    for elements in (8, 16) if degree < 4 else (6, 12):
+        rest = solve_static(rod(10.0, 1000.0, elements, degree, **pulled(force)))
+        errors.append(np.hypot(end(rest)[0] - x, end(rest)[2] - z) / 10)
+    assert errors[1] < (4e-3, 2e-5, 1e-7, 1e-8)[degree - 1]
+    assert math.log2(errors[0] / errors[1]) > 2 * degree - 0.5
+    assert rest.anchor_moment.item() == pytest.approx(moment, rel=(2e-2, 2e-4, 2e-6, 1e-6)[degree - 1])
+    assert rest.anchor_force.values[0] == pytest.approx([0.0, 0.0, -force], abs=1e-9 * force)
+
+
+def test_buckled_column():
+    """Pinned ends 7 m apart, from a bow of the right length."""
+    s = np.linspace(0.0, 1.0, 81)
+
+    def bow(height):
+        return np.column_stack([7 * s, 0 * s, height * np.sin(np.pi * s)])
+
+    height = brentq(lambda h: np.linalg.norm(np.diff(bow(h), axis=0), axis=1).sum() - 10, 1.0, 5.0)
+    top = {"kind": "fixed", "position": [7.0, 0.0, 0.0]}
+    rest = solve_static(rod(10.0, 1000.0, 16, 3, points=bow(height).tolist(), top=top))
+    assert -rest.end_tension.values[0, 0] == pytest.approx(116.5303022, rel=1e-6)
+    assert rest.cable_position.values[:, 2].max() == pytest.approx(3.14312612956, rel=1e-6)
+    assert 1000.0 * rest.largest_curvature.item() == pytest.approx(366.269437729, rel=1e-5)
+    assert rest.end_moment.item() == 0.0
+
+
+@pytest.mark.parametrize("angle", [30.0, 170.0, 270.0])
+def test_arc(angle):
+    """A free end without force whose direction is given makes a circle; beyond half a turn the points show the way."""
+    turned = math.radians(angle)
+    radius, theta = 10.0 / turned, np.linspace(0.0, turned, 161)
+    circle = radius * np.column_stack([np.sin(theta), 0 * theta, 1 - np.cos(theta)])
+    circle *= 10.0 / np.linalg.norm(np.diff(circle, axis=0), axis=1).sum()
+    ends = {"from_end": direction(0.0), "to_end": direction(angle), "top": {"kind": "free"}}
+    rest = solve_static(rod(10.0, 1000.0, 16, 3, points=circle.tolist() if angle > 180 else None, **ends))
+    expected = [radius * math.sin(turned), 0.0, radius * (1 - math.cos(turned))]
+    assert end(rest) == pytest.approx(expected, abs=1e-5)
+    assert rest.anchor_moment.item() == pytest.approx(1000.0 / radius, rel=1e-5)
+    assert rest.min_bend_radius.item() == pytest.approx(radius, rel=2e-5)
+
+
+def test_heavy_cantilever():
+    keys = {"from_end": direction(0.0), "top": {"kind": "free"}}
+    rest = solve_static(rod(20.0, 20000.0, 16, 3, 50.0, **keys))
+    assert end(rest)[[0, 2]] == pytest.approx([8.90464104481, -16.5976288688], rel=1e-6)
+    assert rest.anchor_moment.item() == pytest.approx(5761.53258583, rel=1e-5)
+    assert rest.anchor_force.values[0, 2] == pytest.approx(1000.0, rel=1e-12)
+
+
+def test_taut_line_at_a_clamp():
+    """2 sqrt(EI T) sin of half the angle; the axial tension at the clamp is not the force there."""
+    top = {"kind": "free", "force": [1e4, 0.0, 0.0]}
+    rest = solve_static(rod(50.0, 1e4, 400, 2, from_end=direction(30.0), top=top))
+    assert rest.anchor_moment.item() == pytest.approx(5176.38090205, rel=1e-5)
+    assert end(rest)[[0, 2]] == pytest.approx([49.9318516526, 0.517638090205], rel=2e-5)
+    assert rest.tension_anchor.item() == pytest.approx(8660.25403784, rel=2e-3)
+    assert np.linalg.norm(rest.anchor_force) == pytest.approx(1e4, rel=1e-9)
+
+
+def clamped_catenary(elements, degree, stiffness=1e4, ends=True, **more):
+    keys = {"from_end": direction(0.0), "to_end": direction(0.0)} if ends else {}
+    top = {"kind": "fixed", "position": [100.0, 0.0, 0.0]}
+    return rod(120.0, stiffness, elements, degree, 200.0, top=top, **keys, **more)
+
+
+def test_clamped_catenary():
+    rest = solve_static(clamped_catenary(320, 2))
+    assert rest.end_tension.values[0, 0] == pytest.approx(9052.87940161, rel=1e-5)
+    assert rest.tension_top.item() == pytest.approx(15031.7871679, rel=1e-5)
+    assert [rest.anchor_moment.item(), rest.end_moment.item()] == pytest.approx([10828.4974675] * 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("k", [1e2, 1e4, 1e6])
+def test_spring_at_an_end(k):
+    """A taut line: k sin(psi) = 2 sqrt(EI T) sin((30 deg - psi)/2)."""
+    psi = brentq(lambda x: k * math.sin(x) - 2e4 * math.sin((math.radians(30) - x) / 2), 0.0, 1.0)
+    top = {"kind": "free", "force": [1e4, 0.0, 0.0]}
+    rest = solve_static(rod(50.0, 1e4, 400, 2, from_end=direction(30.0, rotational_stiffness=k), top=top))
+    assert rest.anchor_moment.item() == pytest.approx(k * math.sin(psi), rel=2e-5)
+
+
+RISERS = {
+    "riser": ([(250.0, 600.0)], 180.0, 1e5, None, 20000.0, 10981.9597952, 70136.4786344, 0.0),
+    "lazy wave": (
+        [(90.0, 200.0), (40.0, -250.0), (50.0, 200.0)],
+        120.0,
+        1e3,
+        80.0,
+        10000.0,
+        2505.05108683,
+        9367.18721005,
+        275.105280251,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RISERS)
+def test_on_a_soft_bed(name):
+    """Segments go on into each other without a kink; on a Winkler bed of stiffness k [N/m per metre]."""
+    segments, reach, stiffness, angle, k, H, V, moment = RISERS[name]
+    area, diameter = 0.01, 0.1
+    pieces = []
+    for length, weight in segments:
+        buoyant = 0.05 if weight < 0 else area
+        pieces.append({"length": length, "elements": int(length), "area": buoyant})
+        pieces[-1]["line_density"] = (weight + 1025 * buoyant * G) / G
+    pieces[-1]["grading"] = 0.05  # at the clamp elements must be shorter than sqrt(EI/T)
+    cable = {
+        "segments": pieces,
+        "diameter": diameter,
+        "bending_stiffness": stiffness,
+        "position_degree": 2,
+        "tension_degree": 1,
+        "top": {"kind": "fixed", "position": [reach, 0.0, 0.0]},
+    }
+    if angle is not None:
+        cable["to_end"] = direction(angle)
+    sea = {"depth": 100.0, "dry_above": False}
+    rest = solve_static({"gravity": G, "sea": sea, "seabed": {"stiffness": k / diameter}, "cable": cable})
+    assert rest.end_tension.values[0] == pytest.approx([H, 0.0, V], rel=5e-5, abs=1e-4)
+    assert rest.end_moment.item() == pytest.approx(moment, rel=1e-3)
+
+
+# -- limits that need no theory ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("strain_form", ["paper", "energy"])
+def test_balance_of_moments_and_turning(degree, strain_form):
+    """About any point, with the end moments t_b x m, on few elements; int m/EI ds is the turn of the direction."""
+    ends = {"from_end": {"direction": [1.0, 0.3, 0.1]}, "to_end": {"direction": [0.5, -0.4, 0.6]}}
+    keys = ends | {"axial_stiffness": 1e6, "strain_form": strain_form}
+    rest = solve_static(clamped_catenary(20, degree, 5e4, False, **keys))
+    r, m = rest.cable_position.values, rest.cable_moment.values
+    forces = rest.anchor_force.values[0], rest.end_tension.values[0]
+    directions = [np.array(ends[name]["direction"]) for name in ("from_end", "to_end")]
+    directions = [way / np.linalg.norm(way) for way in directions]
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    h = 120.0 / 20
+    at, weights, s = (nodes + 1) / 2, weights / 2, rest.s.values[: degree + 1] / h
+    basis = np.array([[np.prod([(x - b) / (a - b) for b in s if b != a]) for a in s] for x in at])
+    cells = np.arange(20)[:, None] * degree + np.arange(degree + 1)
+    weight = np.einsum("q,qn,cnx->x", weights, basis, np.cross(r[cells], [0.0, 0.0, -200.0])) * h
+    total = np.cross(r[0], forces[0]) + np.cross(r[-1], forces[1]) + weight
+    total += np.cross(directions[1], m[-1]) - np.cross(directions[0], m[0])
+    assert np.abs(total).max() < 1e-7 * np.abs(np.cross(r[-1], forces[1])).max()
+    turned = np.einsum("q,qn,cnx->x", weights, basis, m[cells]) * h / 5e4
+    assert turned == pytest.approx(directions[1] - directions[0], abs=1e-9)
+
+
+def test_welded_pieces_are_one():
+    """Segments, and cables welded at a joint, give the shape of one line."""
+    whole = solve_static(clamped_catenary(24, 2))
+    base = clamped_catenary(24, 2)["cable"]
+    size = ("length", "elements")
+    cut = {key: value for key, value in base.items() if key not in size}
+    segments = [{"length": 40.0, "elements": 8}, {"length": 80.0, "elements": 16}]
+    joined = solve_static({"gravity": G, "cable": cut | {"segments": segments}})
+    low = {key: value for key, value in cut.items() if key not in ("top", "to_end")}
+    high = {key: value for key, value in cut.items() if key not in ("anchor", "from_end", "top")}
+    cables = [
+        low | {"name": "low", "to": "weld", **segments[0]},
+        high | {"name": "high", "from": "weld", "to": [100.0, 0.0, 0.0], **segments[1]},
+    ]
+    welded = {"gravity": G, "joint": [{"name": "weld", "weld": True}], "cable": cables}
+    both = solve_static(welded)
+    for other in (joined, both):
+        assert other.end_tension.values[-1] == pytest.approx(whole.end_tension.values[0], rel=1e-8)
+        assert other.end_moment.values[-1] == pytest.approx(whole.end_moment.item(), rel=1e-8)
+    hinged = solve_static(welded | {"joint": [{"name": "weld"}]})
+    assert abs(hinged.end_moment.values[-1] / whole.end_moment.item() - 1) > 1e-6
+    assert hinged.end_moment.values[0] == 0.0
+
+
+def test_each_piece_has_its_own_radius():
+    """The sharpest bend of a cantilever is at its root, the largest use of what is allowed in its outer half."""
+    keys = {"from_end": direction(0.0), "top": {"kind": "free"}}
+    cable = rod(20.0, 20000.0, 8, 3, 50.0, **keys)["cable"]
+    cut = {key: value for key, value in cable.items() if key not in ("length", "elements")}
+    halves = [{"length": 10.0, "elements": 4, "minimum_bend_radius": radius} for radius in (1.0, 10.0)]
+    rest = solve_static({"gravity": G, "cable": cut | {"segments": halves}})
+    s, curvature = rest.s.values, rest.curvature.values
+    assert rest.largest_curvature.item() == curvature[0]
+    assert rest.bend_utilisation.item() == pytest.approx(10 * curvature[s >= 10].max(), rel=1e-6)
+    assert 10 * curvature[s >= 10].max() > curvature[0]
+
+
+def test_soft_lines_are_cables():
+    """Pinned ends differ by EI, clamped ones by its root."""
+    cable = rod(120.0, 0.0, 40, 2, 200.0, top={"kind": "fixed", "position": [100.0, 0.0, 0.0]})
+    H = solve_static(cable).end_tension.values[0, 0]
+    pinned = [solve_static(clamped_catenary(40, 2, EI, False)).end_tension.values[0, 0] / H - 1 for EI in (1e2, 1e3)]
+    assert pinned[1] / pinned[0] == pytest.approx(10.0, rel=0.1)
+    assert abs(solve_static(clamped_catenary(40, 2, 1e-6)).end_tension.values[0, 0] / H - 1) < 1e-6
+    assert "curvature" not in solve_static(cable)
+
+
+def test_lines_that_bend_and_lines_that_do_not():
+    """A hinged rod that carries a chain: the chain's force is that of the chain alone between the same points."""
+    stiff = {"length": 10.0, "line_density": 20.0, "bending_stiffness": 1e6, "elements": 8, "position_degree": 2}
+    stiff |= {"tension_degree": 1, "name": "rod", "from": [0.0, 0.0, 0.0], "to": "tip", "from_end": direction(0.0)}
+    chain = {"length": 15.0, "line_density": 5.0, "elements": 30, "name": "chain", "from": "tip", "to": [20.0, 0, -2.0]}
+    rest = solve_static({"gravity": G, "cable": [stiff, chain], "joint": [{"name": "tip"}]})
+    tip = rest.joint_position.values[0]
+    alone = {"length": 15.0, "line_density": 5.0, "elements": 30, "anchor": tip.tolist()}
+    alone["top"] = {"kind": "fixed", "position": [20.0, 0.0, -2.0]}
+    expected = solve_static({"gravity": G, "cable": alone})
+    assert rest.end_tension.values[1] == pytest.approx(expected.end_tension.values[0], rel=1e-6)
+    # small deflection of the tip: weight and the chain's pull on a cantilever
+    pull = expected.anchor_force.values[0, 2]
+    assert tip[2] == pytest.approx(-(200.0 * 1e4 / 8 + pull * 1e3 / 3) / 1e6, rel=0.02)
+
+
+# -- what is said ------------------------------------------------------------------------------------------------------
+
+
+def test_elements_longer_than_the_bend():
+    """`check` has the length over which a clamp is felt, and names elements that are too long for it."""
+    coarse, fine = (check(clamped_catenary(n, 2)) for n in (20, 400))
+    rows = {name: value for name, value, *_ in coarse.numbers}
+    assert rows["bending length sqrt(EI/T)"] == pytest.approx(math.sqrt(1e4 / 15032), rel=0.01)
+    assert any("bending length" in warning for warning in coarse.warnings)
+    assert not any("bending length" in warning for warning in fine.warnings)
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ({"slack": "tension-only"}, "cable.slack = 'tension-only': does not go with bending_stiffness"),
+        ({"bending_stiffness": -1.0}, "cable.bending_stiffness = -1.0"),
+        ({"bending_stiffness": 0.0, "from_end": direction(0.0)}, "goes with a line that has bending_stiffness"),
+        ({"from_end": {"direction": [0.0, 0.0, 0.0]}}, "cable.from_end.direction = .*: must not be zero"),
+        ({"from_end": direction(0.0, rotational_stiffness=0.0)}, "cable.from_end.rotational_stiffness = 0.0"),
+        ({"bending_stiffness": 0.0, "minimum_bend_radius": 2.0}, "goes with bending_stiffness only"),
+        ({"bending_stiffness": 1.0, "fails_at": {"time": 1.0}}, "does not go with fails_at"),
+    ],
+)
+def test_refused(keys, sentence):
+    scene = rod(10.0, 1000.0, top={"kind": "fixed", "position": [9.0, 0.0, 0.0]})
+    with pytest.raises(InputError, match=sentence):
+        load_scene(scene | {"cable": scene["cable"] | keys})
+
+
+def test_a_weld_is_of_two():
+    cables = [
+        {
+            "name": "abc"[k],
+            "length": 5.0,
+            "line_density": 1.0,
+            "bending_stiffness": 10.0,
+            "from": [k, 0.0, 0.0],
+            "to": "x",
+        }
+        for k in range(3)
+    ]
+    with pytest.raises(InputError, match=r"joint.weld = True: joins two lines with bending_stiffness, not 3 at x"):
+        load_scene({"cable": cables, "joint": [{"name": "x", "weld": True}]})

@@ -1,0 +1,218 @@
+"""Lines with a bending stiffness in motion: frequencies, limits, balances, and what a run must keep.
+
+Source: beams with tension (closed form and transcendental equations), a pendulum of a rigid rod, an articulated column
+by hand, sums of moments by hand.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from mpi_helpers import needs_mpirun, start_scenes
+
+import dolfbuoy
+from dolfbuoy import load_scene, modes, simulate, solve_static
+from dolfbuoy.motion.energy import Meter
+from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.results.record import read
+
+BEAM = {
+    "length": 10.0,
+    "line_density": 5.0,
+    "bending_stiffness": 1e4,
+    "anchor": [0.0, 0.0, 0.0],
+    "elements": 8,
+    "position_degree": 3,
+    "tension_degree": 2,
+}
+ALONG = {"direction": [1.0, 0.0, 0.0]}
+SCHEMES = {
+    "backward-euler": {},
+    "bdf2": {},
+    "generalized-alpha": {"spectral_radius": 0.8},
+}
+
+
+def found(scene, expected, number=12):
+    """Nearest frequency to each of the expected ones."""
+    omega = modes(scene, number).omega.values
+    return [omega[np.abs(omega - one).argmin()] for one in expected]
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [
+        ({}, [6.26266931979, 19.765270717, 41.9008371512]),
+        ({"from_end": ALONG, "to_end": ALONG}, [11.1613050885, 29.1995324372, 55.8681667318]),
+    ],
+)
+def test_frequencies_of_a_taut_beam(ends, expected):
+    """Stretched by 1 kN between ends, pinned and clamped."""
+    top = {"kind": "fixed", "position": [10.00001, 0.0, 0.0]}
+    beam = BEAM | {"axial_stiffness": 1e9, "elements": 16, "top": top} | ends
+    assert found({"gravity": 0.0, "cable": beam}, expected) == pytest.approx(expected, rel=1e-4)
+
+
+def test_frequencies_of_a_cantilever_with_a_mass():
+    cable = BEAM | {"from_end": ALONG, "to": "mass"}
+    scene = {"gravity": 0.0, "cable": cable, "joint": [{"name": "mass", "mass": 100.0}]}
+    expected = [0.51796149269, 7.09320564133]
+    assert found(scene, expected) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_cantilever_let_go(scheme):
+    """From straight under a weak weight: the tip goes down to twice the deflection at rest and is back after a period,
+    within what the second mode adds (2.7 %)."""
+    period = 2 * math.pi / ((1.8751040687 / 10) ** 2 * math.sqrt(1e4 / 5.0))
+    time = {"end": period, "step": period / (2000 if scheme == "backward-euler" else 200), "scheme": scheme}
+    scene = {
+        "gravity": 0.01,
+        "cable": BEAM | {"from_end": ALONG, "top": {"kind": "free"}, "elements": 4},
+        "initial": {"kind": "polyline", "points": [[0, 0, 0], [10, 0, 0]]},
+        "time": time | SCHEMES[scheme],
+    }
+    run = simulate(scene)
+    z, rest = run.cable_position.values[:, -1, 2], -0.01 * 5.0 * 1e4 / 8 / 1e4
+    assert z.min() == pytest.approx(2 * rest, rel=0.03)
+    assert run.frame.values[z.argmin()] == pytest.approx(period / 2, rel=0.03)
+    assert z[-1] == pytest.approx(0.0, abs=0.03 * abs(rest))
+    # at rest the moment at the root is that of the weight
+    assert run.anchor_moment.values.max() == pytest.approx(2 * 0.01 * 5.0 * 100 / 2, rel=0.15)
+
+
+def test_a_swinging_rod_carries_little_moment():
+    """A stiff pinned rod is a pendulum: period by elliptic integrals, bent only by its inertia."""
+    from scipy.special import ellipk
+
+    angle = 0.5
+    tip = [10 * math.sin(angle), 0.0, -10 * math.cos(angle)]
+    cable = BEAM | {"bending_stiffness": 1e8, "top": {"kind": "free"}, "elements": 2}
+    period = 4 * math.sqrt(2 * 10.0 / 3 / 9.81) * ellipk(math.sin(angle / 2) ** 2)
+    time = {"end": period, "step": period / 400, "scheme": "bdf2", "output_every": period / 400}
+    run = simulate({"cable": cable, "initial": {"kind": "polyline", "points": [[0, 0, 0], tip]}, "time": time})
+    end = run.cable_position.values[:, -1]
+    assert end[-1] == pytest.approx(tip, abs=5e-3)
+    assert end[200, 0] == pytest.approx(-tip[0], abs=5e-3)
+    # bending of a uniform rod in angular acceleration alpha and weight: largest w sin(angle) L^2/27 near 2 L/3
+    m = np.linalg.norm(run.cable_moment.values, axis=-1)
+    assert m[10].max() == pytest.approx(5 * 9.81 * math.sin(angle) * 100 / 27, rel=0.1)
+    assert m[:, [0, -1]].max() == 0.0
+
+
+COLUMN = {
+    "length": 20.0,
+    "line_density": 30.0,
+    "diameter": 0.2,
+    "axial_stiffness": 1e8,
+    "bending_stiffness": 1e6,
+    "elements": 6,
+    "position_degree": 2,
+    "tension_degree": 1,
+    "to_end": {"direction": [0.0, 0.0, 1.0]},
+}
+HULL = {"hull": [[0.0, 1.5], [4.0, 1.5]], "mass": 1500.0, "center_of_mass": 1.2, "added_mass": 1.0, "normal_drag": 1.0}
+TOWER = {"sea": {"depth": 22.0}, "cable": COLUMN, "buoy": HULL}
+
+
+def test_an_articulated_column_by_hand():
+    """A stiff rod pinned at the bed with a buoy welded on top turns about its pin: angle at rest and period."""
+    stiff = TOWER | {"cable": COLUMN | {"bending_stiffness": 1e12}}
+    rest = solve_static(stiff | {"external_force": {"force": [50.0, 0.0, 0.0], "height": 3.0}})
+    tilt, (x, z) = math.radians(rest.cone_angle.item()), rest.buoy_position.values[0][[0, 2]]
+    assert math.atan2(x, z + 22.0) == pytest.approx(tilt, rel=1e-6)
+    rho, g, area = 1025.0, 9.81, math.pi * 0.75**2
+    draft = 1.2 - (solve_static(stiff).buoy_position.values[0, 2])  # of the hull's keel below still water
+    mass_of_rod, length = 30.0 * 20.0, 20.0
+    buoyancy_of_rod = rho * math.pi * 0.1**2 * length
+    lever = 20.0
+    hydrostatic = rho * g * area * (draft * (lever + draft / 2) + 0.75**2 / 4)  # with the waterplane's own stiffness
+    stiffness = hydrostatic + g * (buoyancy_of_rod - mass_of_rod) * length / 2 - 1500.0 * g * 21.2
+    assert stiffness * tilt == pytest.approx(50.0 * 23.0, rel=2e-3)
+    solid = 1500.0 * (3 * 0.75**2 + 4.0**2) / 12 + 1500.0 * (2.0 - 1.2) ** 2
+    calm = stiff | {"buoy": HULL | {"added_mass": 0.0, "normal_drag": 0.0, "inertia": [solid, 1000.0]}}
+    inertia = mass_of_rod * length**2 / 3 + solid + 1500.0 * 21.2**2
+    expected = math.sqrt(stiffness / inertia)
+    assert found(calm, [expected])[0] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_moment_at_the_buoy_turns_it(scheme):
+    """Euler's equation of the buoy with the moment of the welded end, by differences of its angular momentum."""
+    waves = {"amplitude": 0.3, "period": 6.0, "ramp": 2.0}
+    time = {"end": 4.0, "step": 0.02, "scheme": scheme, "output_every": 0.02}
+    bare = {key: HULL[key] for key in ("hull", "mass", "center_of_mass")}
+    run = simulate(
+        {"sea": {"depth": 22.0}, "cable": COLUMN, "buoy": bare, "waves": waves, "time": time | SCHEMES[scheme]}
+    )
+    assert run.end_moment.values.max() > 50.0
+    # the line's end has the direction of the buoy's axis, whatever it does
+    ends = run.cable_position.values[:, -3:]
+    way = 3 * ends[:, 2] - 4 * ends[:, 1] + ends[:, 0]  # derivative of the parabola at its end
+    q = run.buoy_orientation.values[:, 0]
+    axis = np.column_stack(
+        [
+            2 * (q[:, 1] * q[:, 3] + q[:, 0] * q[:, 2]),
+            2 * (q[:, 2] * q[:, 3] - q[:, 0] * q[:, 1]),
+            1 - 2 * (q[:, 1] ** 2 + q[:, 2] ** 2),
+        ]
+    )
+    sine = np.linalg.norm(np.cross(way, axis), axis=1) / np.linalg.norm(way, axis=1)
+    bend = run.end_moment.values[:, 0] / 1e6 * 20.0 / 6
+    assert sine.max() < 0.2 * bend.max() + 1e-6
+
+
+def test_energy():
+    """Of a rod on a spring at its root that falls: the balance closes with the order of the scheme."""
+    cable = BEAM | {
+        "bending_stiffness": 1e3,
+        "from_end": ALONG | {"rotational_stiffness": 3e3},
+        "top": {"kind": "free"},
+    }
+    scene = {"cable": cable, "initial": {"kind": "polyline", "points": [[0, 0, 0], [10, 0, 0]]}}
+    defects = []
+    for step in (0.02, 0.01):
+        simulation = Simulation(load_scene(scene, time={"end": 3.0, "step": step, "scheme": "bdf2"}))
+        meter = Meter(simulation)
+        before, turnover = meter.read(), 0.0
+        while simulation.t < 3.0 - 1e-9:
+            simulation.step(step)
+            now = meter.read()
+            turnover = max(turnover, now["kinetic"])
+        defects.append(abs(sum(now[name] - before[name] for name in ("kinetic", "elastic", "gravity"))) / turnover)
+    assert defects[0] < 3e-3
+    assert defects[1] < 0.35 * defects[0]
+
+
+# -- what a run keeps --------------------------------------------------------------------------------------------------
+
+MIXED = {
+    "sea": {"depth": 22.0},
+    "waves": {"amplitude": 0.5, "period": 5.0},
+    "buoy": HULL | {"fairleads": {"side": [0.75, 0.0, 1.0]}},
+    "cable": [
+        COLUMN | {"name": "column", "to": "buoy"},
+        {
+            "name": "chain",
+            "length": 45.0,
+            "line_density": 8.0,
+            "diameter": 0.03,
+            "axial_stiffness": 1e7,
+            "elements": 12,
+            "from": [40.0, 0.0, -22.0],
+            "to": "buoy.side",
+            "normal_drag": 1.2,
+        },
+    ],
+    "time": {"end": 0.6, "step": 0.05, "scheme": "bdf2"},
+}
+
+
+@needs_mpirun
+def test_two_ranks(tmp_path):
+    done = start_scenes(2, {"mixed": MIXED}, tmp_path)
+    assert done.returncode == 0, done.stderr
+    together, alone = read(tmp_path / "mixed" / "results.nc"), dolfbuoy.simulate(MIXED)
+    for name in ("buoy_position", "tension_top", "end_moment", "largest_curvature"):
+        size = np.abs(alone[name].values).max()
+        assert np.abs(together[name].values - alone[name].values).max() < 1e-8 * size, name
