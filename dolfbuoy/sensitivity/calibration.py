@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -247,7 +247,7 @@ class _Model:
             self.reason = str(error)
             count = sum(len(one.t) for one in self.measured)
             return np.full(count, LOST), np.zeros((count, len(values)))
-        series, rows, slopes = dict(_columns(dataset)), [], []
+        series, rows, slopes = dict(columns(dataset)), [], []
         if self.point is not None:
             series |= self._accelerations(scene, here, dataset)
         t, offset = dataset.time.values, float(values[-1]) if self.has_offset else 0.0
@@ -277,8 +277,8 @@ class _Model:
         return {label: (x, rates) for label, x, rates in found}
 
 
-def _columns(dataset):
-    """(label, (values, derivatives by the parameters)) of every series."""
+def columns(dataset: "xr.Dataset") -> Iterator[tuple[str, tuple[NDArray[Any], Any]]]:
+    """(label, (values, derivatives by the parameters)) of every series of a run with derivatives."""
     names = [name for name in dataset.data_vars if name in QUANTITIES and "time" in dataset[name].dims]
     base = dataset[names].drop_vars("parameter", errors="ignore")
     slopes = [
