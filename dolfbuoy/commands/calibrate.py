@@ -31,6 +31,14 @@ def calibrate(
     fit: Annotated[str, typer.Option("--fit", metavar="KEY=LOW..HIGH,...", help="Numbers to be found.")],
     of: Annotated[str, typer.Option("--of", help="Series with commas, as tension_top.")] = "tension_top",
     noise: Annotated[float | None, number("--noise", "Standard deviation of what was measured.", min=0)] = None,
+    point: Annotated[
+        str | None,
+        typer.Option("--point", metavar="X,Y,Z", help="Of the buoy, whose acceleration_z and so on --of names."),
+    ] = None,
+    offset: Annotated[
+        str | None,
+        typer.Option("--offset", metavar="LOW..HIGH", help="Bounds of what the record's clock is ahead \\[s]."),
+    ] = None,
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
@@ -39,7 +47,12 @@ def calibrate(
     from ..sensitivity import calibrate as find
 
     loaded, folder = load(scene, assign), folder_of(scene, folder, "calibrate")
-    found = find(loaded, record, bounds(fit), listed("--of", of) or [], noise or None, folder)
+    try:
+        place = None if point is None else [number_of(part) for part in point.split(",")]
+    except ValueError:
+        raise InputError(f"--point {point}: must be X,Y,Z in metres.") from None
+    clock = None if offset is None else bounds(f"time_offset={offset}", "--offset")["time_offset"]
+    found = find(loaded, record, bounds(fit), listed("--of", of) or [], noise or None, folder, place, clock)
     one, rows = found.dataset, []
     for k, key in enumerate(one.parameter.values):
         unit = str(one.parameter_unit.values[k])

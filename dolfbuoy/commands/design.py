@@ -12,8 +12,12 @@ from .shared import OutOption, SceneArgument, SetOption, folder_of, load, print_
 @app.command()
 def design(
     scene: SceneArgument,
-    vary: Annotated[str, typer.Option("--vary", metavar="KEY=LOW..HIGH,...", help="Numbers that may be chosen.")],
-    least: Annotated[str, typer.Option("--least", help="Expression of keys and outputs that is to be least.")],
+    vary: Annotated[
+        str | None, typer.Option("--vary", metavar="KEY=LOW..HIGH,...", help="Numbers that may be chosen.")
+    ] = None,
+    least: Annotated[
+        str | None, typer.Option("--least", help="Expression of keys and outputs that is to be least.")
+    ] = None,
     hold: Annotated[list[str] | None, typer.Option("--hold", help="EXPRESSION < LIMIT, or >; may be repeated.")] = None,
     case: Annotated[
         list[str] | None,
@@ -22,13 +26,13 @@ def design(
     folder: OutOption = None,
     assign: SetOption = None,
 ) -> None:
-    """Numbers for which an expression is least within limits.  Example: see dolfbuoy/sensitivity/README.md"""
+    """Numbers for which an expression is least within limits.  Without options: those of [design] in the scene."""
     from ..scene import parse_assignment
     from ..sensitivity import design as find
 
     loaded, folder = load(scene, assign), folder_of(scene, folder, "design")
     cases = [dict(parse_assignment(part) for part in text.split(";")) for text in case or []]
-    found = find(loaded, bounds(vary, "--vary"), least, hold or [], cases, folder)
+    found = find(loaded, bounds(vary, "--vary") if vary else None, least, hold, cases, folder)
     one = found.dataset
     rows = [
         (str(key), f"{float(one.begin[k]):.6g}", f"{float(one.value[k]):.6g}", str(one.parameter_unit.values[k]))

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-#: Outputs in the table where none are asked for, as far as there are.
-USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
 #: Amplitude per metre below which a motion is none.
 SMALL = 1e-6
 
@@ -44,6 +42,7 @@ def sensitivity(
     plot: PlotOption = True,
 ) -> None:
     """Derivatives by numbers of the scene, in % for 1 %.  Example: dolfbuoy sensitivity short --by buoy.mass"""
+    from ..results.elasticities import columns_of_run, order_of, percent, value_of
     from ..sensitivity import sensitivities
 
     if every and by is not None:
@@ -56,18 +55,12 @@ def sensitivity(
     found = sensitivities(loaded, listed("--by", by), listed("--of", of), folder, what)
     if rank() != 0:
         return
-    columns = {"run": _of_run, "static": _at_rest, "modes": _of_modes, "response": _of_response}[what](
+    columns = {"run": columns_of_run, "static": _at_rest, "modes": _of_modes, "response": _of_response}[what](
         found, of is not None
     )
-    order = np.argsort(
-        [
-            -max((abs(x[k]) for x in columns.values() if np.isfinite(x[k])), default=0)
-            for k in range(found.sizes["parameter"])
-        ],
-        kind="stable",
-    )
     rows = [
-        (str(found.parameter.values[k]), _value(found, k), *(_percent(x[k]) for x in columns.values())) for k in order
+        (str(found.parameter.values[k]), value_of(found, k), *(percent(x[k]) for x in columns.values()))
+        for k in order_of(found, columns)
     ]
     title = (
         f"\n{loaded.title or scene}, {folder / 'sensitivity.nc'}: change in per cent for one per cent of each number"
@@ -88,34 +81,6 @@ def listed(option: str, text: str | None) -> list[str] | None:
     if not all(names):
         raise InputError(f"{option} {text}: there is an empty name between the commas.")
     return names
-
-
-def _value(found: "xr.Dataset", k: int) -> str:
-    value, unit = found.parameter_value.values[k], found.parameter_unit.values[k]
-    return "all of it" if np.isnan(value) else f"{value:.4g}{'' if unit == '1' else f' {unit}'}"
-
-
-def _percent(value: float) -> str:
-    return (
-        "-"
-        if not np.isfinite(value)
-        else "0"
-        if abs(value) < 5e-5
-        else f"{value:+.4f}"
-        if abs(value) < 1
-        else f"{value:+.3f}"
-    )
-
-
-def _of_run(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:
-    """Elasticities of the outputs asked for, or the usual ones, by what heads their columns."""
-    names, parts = found.output.values.astype(str), found.output_of.values.astype(str)
-    several = {name for name in names if (names == name).sum() > 1}
-    return {
-        f"{name} of {part}" if name in several else name: found.elasticity.values[:, k]
-        for k, (name, part) in enumerate(zip(names, parts, strict=True))
-        if asked or name in USUAL
-    }
 
 
 def _at_rest(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:

@@ -146,9 +146,12 @@ typedef struct {                /* a change of the unknowns that goes with a cha
     newton *newton;
     scaled rows, unknowns;      /* of `residual` and of `increment` */
     double *residual, *change, *increment;              /* of local unknowns; increment: zero where they are held */
-    double enough;              /* size of an increment with which it is right, relative to the change, */
-    double rough, noise;        /* ... and where it shrinks no more, of the change and in units of the unknowns */
-    double last;                /* the size before */
+    double enough;              /* size of the increment to come with which it is right, relative to the change, */
+    double rough, noise;        /* ... and of one that shrinks no more, of the change and in units of the unknowns */
+    double last;                /* the size before; 0: none */
+    double rate;                /* by which increments shrink, as far as known */
+    ptrdiff_t count;            /* entries of the Jacobian in rows that forces at ends are read of: */
+    const int *places, *of_rows, *of_columns;           /* where its tensors have them, and to what they belong */
 } tangent;
 
 void evaluate_residual(const void *context);

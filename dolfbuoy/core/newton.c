@@ -15,6 +15,8 @@ static const SNESConvergedReason NOT_FINITE = (SNESConvergedReason)-4;
 static const double STAGNANT = 0.3;  /* factor of the residual's norm in an iteration where it falls no more */
 static const KSPNormType LINEAR_NORM[2] = {KSP_NORM_NONE, KSP_NORM_UNPRECONDITIONED};
 
+static const double LEAST_RATE = 1e-3;  /* measured: impacts have such rates, a hundred times those before */
+
 static double larger(double a, double b)
 {
     return b > a ? b : a;
@@ -424,12 +426,20 @@ void evaluate_residual(const void *context)
     add_up(((const newton *)context)->residuals);
 }
 
-/* The Jacobian at the solution, for what comes before the next solve, which makes one of its own. */
+static PetscErrorCode take_matrix(newton *N)
+{
+    KSP ksp;
+    TRY(set_start(N));
+    TRY(jacobian(N->snes, N->x, N->matrix, N->matrix, N));
+    TRY(SNESGetKSP(N->snes, &ksp));
+    return KSPSetOperators(ksp, N->matrix, N->matrix);
+}
+
+/* The Jacobian at u, for solves that are no Newton's. */
 void renew_matrix(const void *context)
 {
     newton *N = (newton *)context;
-    N->numbers->error = jacobian(N->snes, N->x, N->matrix, N->matrix, N);
-    N->numbers->valid = false;
+    N->numbers->error = take_matrix(N);
 }
 
 /* Largest of own unknowns, in their units. */
@@ -446,11 +456,26 @@ static PetscErrorCode largest(const newton *N, const double *values, double *siz
     return 0;
 }
 
+/* Whether a change of the unknowns is right after an increment of this size.
+
+The rate is that of the last two increments, not trusted below LEAST_RATE, and a little less with every step that was
+content with one. */
+static bool enough(tangent *T, double size, double of_all)
+{
+    const bool first = T->last == 0, stalls = !first && size > T->last / 2;
+    T->rate = first ? 1.1 * T->rate : size / T->last;
+    T->rate = larger(LEAST_RATE, T->rate < 1 ? T->rate : 1);
+    T->last = larger(size, 1e-300);
+    return T->rate * size <= T->enough * of_all || (stalls && size <= larger(T->rough * of_all, T->noise));
+}
+
 static PetscErrorCode take_tangent_increment(tangent *T)
 {
     const newton *N = T->newton;
     const one_sided *L = N->law;
+    numbers *n = N->numbers;
     KSP ksp;
+    KSPConvergedReason reason;
     PetscReal size;
     double of_all;
     for (PetscInt k = 0; L && k < L->count; ++k)
@@ -458,18 +483,24 @@ static PetscErrorCode take_tangent_increment(tangent *T)
             T->residual[L->rows[k]] = -L->c[k] * T->change[L->rows[k]];
     TRY(SNESGetKSP(N->snes, &ksp));
     TRY(make_rows(N, &T->rows, N->f));
+    if (!n->own_options)
+        TRY(check_linear_solves(n, N->snes, !n->kept));
+    n->kept = true;
+    elimination = N->elimination;
     TRY(KSPSolve(ksp, N->f, N->increment));
+    TRY(KSPGetConvergedReason(ksp, &reason));
     TRY(read_into(N, &T->unknowns, N->increment));
     for (ptrdiff_t k = 0; k < N->residuals->length; ++k)
         T->change[k] -= T->increment[k];
+    for (ptrdiff_t k = 0; k < T->count; ++k)
+        T->residual[T->of_rows[k]] -= N->jacobians->out[T->places[k]] * T->increment[T->of_columns[k]];
     TRY(VecNorm(N->increment, NORM_INFINITY, &size));
     TRY(largest(N, T->change, &of_all));
-    N->numbers->improved = size <= T->enough * of_all || (size > T->last / 2 && size <= larger(T->rough * of_all, T->noise));
-    T->last = size;
+    n->improved = enough(T, size, of_all) && reason > 0;
     return 0;
 }
 
-/* One increment of a change of the unknowns, from the residual's. */
+/* One increment of a change of the unknowns, from the residual's, which is then that after it in rows that are held. */
 void improve_tangent(const void *context)
 {
     tangent *T = (tangent *)context;

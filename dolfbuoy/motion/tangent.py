@@ -1,14 +1,15 @@
 """Derivatives of a run by a number of its scene, step by step with it.
 
-Two neighbours of the scene, at p - eps and p + eps, say how the equations of a step change; the unknowns follow with
-the matrix that Newton has left:
+Two neighbours of the scene, at p - eps and p + eps, show how the equations of a step change; the unknowns follow with
+the Jacobian J:
 
     r = [F+(u + eps pd; h + eps hd, m + eps md) - F-(u - eps pd; h - eps hd, m - eps md)] / (2 eps)
     ud = pd - J^-1 r
 
 u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivatives, pd those of u extrapolated.  Rules
 of a scheme are linear in what is past, so that the past of derivatives is a `Past` too.  Steps, and which elements are
-slack, are the run's.  Where the matrix is an old one, increments go on until one is small.
+slack, are the run's.  J is that of a neighbour at the predicted derivative, so that the run keeps its own; one
+increment is enough where the prediction is good.  One factorisation serves the derivatives by all numbers.
 """
 
 from collections.abc import Callable
@@ -21,9 +22,9 @@ from .history import Past
 from .schemes import NEW, Predictor
 from .simulation import Simulation
 
-#: Increments end with one of this size, relative to the derivative, or when they shrink no more and one is smaller than
-#: the second, or than the third in typical sizes of the unknowns: rounding.
-ENOUGH, ROUGH, NOISE = 1e-5, 1e-3, 1e-8
+#: Increments end when the next would be of this size, relative to the derivative, or when they shrink no more and one
+#: is smaller than the second, or than the third in typical sizes of the unknowns: rounding.
+ENOUGH, ROUGH, NOISE = 1e-5, 1e-3, 1e-6
 MOST = 12  #: increments
 #: Distance of starts that are not at rest: the tiny steps that make them consistent have rounding in their forces.
 FAR = 1e-3
@@ -48,7 +49,8 @@ class Tangent:
     scene_at: x -> Scene, whose numbers but no sizes of arrays depend on x; 0 is the run's.  eps: of the neighbours.
     make: Scene -> Simulation at its start.  `below`, `above`: the neighbours; after each step their unknowns, memory
     and forces at ends are those of the run at -eps and eps, so that what is read from them differs by 2 eps times its
-    derivative.  fault: a sentence, where no derivative was found; nothing follows then.
+    derivative.  leader: an earlier Tangent of the same run, whose matrix serves this one too.  fault: a sentence, where
+    no derivative was found; nothing follows then.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class Tangent:
         scene_at: Callable[[float], Scene],
         make: Callable[[Scene], Simulation],
         eps: float = 1e-5,
+        leader: "Tangent | None" = None,
     ) -> None:
         self.simulation, self.eps = simulation, eps
         self.below, self.above = (Neighbour(make(scene_at(x))) for x in (-eps, eps))
@@ -65,10 +68,10 @@ class Tangent:
         self._memory = [np.zeros_like(one) for one in _arrays(simulation)]
         self.past = Past(self.above.problem.evolutions(), self.u, simulation.scheme)
         self._predictor, self._time, self._made_for = Predictor(), np.zeros(1), None
-        self._numbers = simulation.newton.numbers
-        self._renew = simulation.system.callbacks.work("renew_matrix")
-        made = simulation.system.callbacks.improving_tangent
-        self._increment = made(self._residual, self.u, ENOUGH, ROUGH, NOISE)
+        self._leads, self.solver = leader is None, self.above.simulation.newton if leader is None else leader.solver
+        callbacks = self.solver.system.callbacks
+        self._renew = callbacks.work("renew_matrix")
+        self._increment = callbacks.improving_tangent(self._residual, self.u, ENOUGH, ROUGH, NOISE)
         self._weights, self._halves = np.array([[1.0, -eps], [1.0, eps]]), np.array([0.5, -0.5]) / eps
         self.fault = ""
         if simulation.at_rest:
@@ -113,11 +116,11 @@ class Tangent:
             self._make_functions()
             self._made_for = basis
         self._time[0] = self.simulation.problem.time[0]
-        law = self.simulation.problem.law
-        if law is not None and not np.array_equal(law.slack, law.slack_before):
-            self._renew()
+        if self._leads:
+            self._set_up_matrix()
         self._begin()
         if not self._solve():
+            self.solver.choose_solver("mumps")  # with pivots
             self._renew()
             if not self._solve():
                 self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
@@ -127,13 +130,19 @@ class Tangent:
         self._predictor.counted()
 
     def _solve(self):
-        """Increments with the matrix at hand; False if they do not become small."""
-        self._increment.context.last = np.inf
+        """Increments; False if they do not become small."""
+        self._increment.context.last = 0.0
         for _ in range(MOST):
             self._improve()
-            if self._numbers.improved:
+            if self.solver.numbers.improved:
                 return True
         return False
+
+    def _set_up_matrix(self):
+        system, law = self.solver.system, self.simulation.system.law
+        system.set_scales(self.simulation.system.gamma)
+        if law is not None:
+            system.law.slack[:] = law.slack
 
     def _pair(self):
         return (self.below, self._weights[0]), (self.above, self._weights[1])
@@ -167,6 +176,7 @@ class Tangent:
             *move,
             *(f for one, _ in pair for f in (*one.problem.clock(), one.system.read_given)),
             unknowns,
+            *([*move, self._renew] if self._leads else []),
         )
         self._improve = together(
             *move,
@@ -175,9 +185,10 @@ class Tangent:
             self._increment,
         )
         read = [f for one, _ in pair for f in one.read]
+        end_forces = run.system.last_residual, self._residual  # where forces at ends are read of it
         self._accept = together(
             *move,
-            *evaluate,
+            *(combination(one.system.last_residual, end_forces, x) for one, x in pair),
             *(one.read_end_forces for one, _ in pair),
             *read,
             *new,

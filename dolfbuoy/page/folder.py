@@ -50,9 +50,10 @@ def _run(file: Path) -> str:
     from .run_page import run_page
 
     record, scene = read_run(file.parent)
-    known = remarks(file.parent, "run")
-    with fitting(file):
-        return run_page(record, scene, known.get("case"))
+    known, derivatives = remarks(file.parent, "run"), file.parent / "sensitivity.nc"
+    slopes = read(derivatives) if os.path.isfile(derivatives) else None
+    with fitting(file if slopes is None else derivatives):
+        return run_page(record, scene, known.get("case"), slopes)
 
 
 def _of_others(file: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from ..errors import InputError, SolveError
 from ..results.after_ramp import scene_of
 from ..results.attitude import length
 from ..results.bars import rows_of
+from ..results.elasticities import columns_of_run, order_of, percent, value_of
 from ..results.frame import Frames
 from ..results.parts import parts_of
 from ..results.summary import remaining_amplitude, summary, warnings
 from ..results.tables import unit_of
 from ..results.trajectories import pushes
+from ..scene import load_scene
 from ..scene.sections import SCHEMES
 from ..scene.settings import period_of
 from . import html
@@ -33,8 +36,10 @@ if TYPE_CHECKING:
     from .html import Markup
 
 
-def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = None) -> str:
-    """HTML of a record with its time; case: of a sweep, what varies there.
+def run_page(
+    record: xr.Dataset, scene: Scene | None = None, case: str | None = None, slopes: xr.Dataset | None = None
+) -> str:
+    """HTML of a record with its time; case: of a sweep, what varies there; slopes: of `sensitivity`, of the same scene.
 
     Raises InputError for a record without a scene.
     """
@@ -55,6 +60,7 @@ def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = 
             "div",
             html.section("matters", "What matters", matters),
             worth(record, scene),
+            None if slopes is None else movers(slopes, scene),
             tag("div", html.scene(scene.to_toml()), html.versions(record.attrs), class_="wide"),
             class_="grid",
         ),
@@ -138,6 +144,35 @@ def _keys(moments: list[dict[str, Any]]) -> Markup | None:
     ]
     label = "Largest values; each shows its moment"
     return tag("div", *items, class_="keys", role="group", aria_label=label) if items else None
+
+
+def movers(slopes: xr.Dataset, scene: Scene) -> Markup | None:
+    """The section: elasticities of outputs, the largest first, with bars; None for other results than a run's."""
+    if "elasticity" not in slopes:
+        return None
+    computed = (load_scene(one, accuracy=None, title="") for one in (tomllib.loads(slopes.attrs["scene"]), scene))
+    if len({one.to_toml() for one in computed}) > 1:
+        hint = "sensitivity.nc in this folder is of another scene; dolfbuoy sensitivity computes it again."
+        return section("movers", "What moves the answer", tag("p", hint))
+    columns = columns_of_run(slopes, asked=False) or columns_of_run(slopes, asked=True)
+    largest = max((abs(x) for one in columns.values() for x in one if np.isfinite(x)), default=0.0) or 1.0
+    rows = [
+        (
+            slopes.parameter.values[k],
+            value_of(slopes, k),
+            *(Markup(_bar(x[k] / largest) + percent(x[k])) for x in columns.values()),
+        )
+        for k in order_of(slopes, columns)
+    ]
+    caption = "Change in per cent for one per cent of each number, largest values after the ramp"
+    return section("movers", "What moves the answer", table(("number", "value", *columns), rows, caption))
+
+
+def _bar(share: float) -> Markup:
+    """A bar to the left or to the right, as long as the share of the largest."""
+    width = 30 * min(1.0, abs(share)) if np.isfinite(share) else 0.0
+    rect = tag("rect", x=30 - width if share < 0 else 30, y=1, width=f"{width:.2f}", height=8, fill="currentColor")
+    return tag("svg", rect, viewBox="0 0 60 10", width=60, height=10, aria_hidden="true")
 
 
 def worth(record: xr.Dataset, scene: Scene) -> Markup:

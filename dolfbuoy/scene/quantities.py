@@ -158,6 +158,7 @@ def _one_line(text: str) -> str:
 
 
 Title = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
+Expression = Annotated[str, Field(max_length=1000), AfterValidator(_one_line)]
 
 
 def _name(text: str) -> str:

@@ -162,6 +162,21 @@ class Accuracy(Section):
         return self
 
 
+class Design(Section):
+    """Numbers that `dolfbuoy design` chooses, what is to be least, and limits; options of the command come first."""
+
+    vary: Annotated[dict[q.Title, q.Pair], Field(min_length=1, max_length=100)] | None = key(
+        "least and largest value of each number that may be chosen, by its key", "1", default=None
+    )
+    least: q.Expression | None = key("expression of keys and outputs that is to be least", default=None)
+    hold: Annotated[list[q.Expression], Field(max_length=100)] = key(
+        "limits, 'EXPRESSION < LIMIT' or 'EXPRESSION > LIMIT'", default=[]
+    )
+    case: Annotated[list[q.Expression], Field(max_length=100)] = key(
+        "load cases, 'KEY=VALUE;...' each: changes of the scene with which limits hold too", default=[]
+    )
+
+
 class Solver(Section):
     """Nonlinear solver; `petsc` holds options of PETSc's SNES (`petsc_options`), for example {snes_monitor = true}."""
 
@@ -221,6 +236,7 @@ class Scene(Section):
     uncertain: q.Spreads | None = key(
         "1 sigma of numbers by their keys: 20.0, '20%', 'lognormal 20%' or 'uniform 5%'", "1", default=None
     )
+    design: Design | None = None
     solver: Solver = Solver.model_construct()
 
     @model_validator(mode="after")

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,6 +19,7 @@ from ..results.series import series_of
 from ..scene import Scene, load_scene
 from ..scene.quantities import number_of
 from ..writing import write_text
+from .accelerations import accelerations, arms_of
 from .derivatives import of_run
 from .parameters import Parameter, parameters_of
 
@@ -62,6 +63,8 @@ def calibrate(
     of: Sequence[str] = ("tension_top",),
     noise: float | None = None,
     out: str | Path | None = None,
+    point: Sequence[float] | None = None,
+    offset: tuple[float, float] | None = None,
     **overrides: Any,
 ) -> Fit:
     """Estimates of numbers of a scene, within bounds, with which its run is nearest to measured series after the ramp.
@@ -69,7 +72,9 @@ def calibrate(
     record: of a run, or a CSV file with a column `time` [s] and one for each series.  fit: key -> (low, high); the
     scene's value, or the middle, is where it begins.  of: series, as tension_top, buoy_position_z, "tension_top of
     port".  noise: standard deviation of what was measured, in its unit; default: that of the residuals.  out: folder
-    for calibrate.nc and calibrated.toml.
+    for calibrate.nc and calibrated.toml.  point: of the buoys, heights from the keel [m]: series may be its
+    acceleration then, acceleration_x, _y and _z along the fixed axes, without gravity [m/s^2].  offset: bounds of the
+    time by which the record's clock is ahead of the run's [s], which is found too, as "time_offset".
 
     Trust regions within bounds (scipy.optimize.least_squares); a run that fails is a step that is not taken.  On one
     rank.  Raises InputError for a scene, key or record that cannot be, SolveError where the first run fails.
@@ -82,9 +87,16 @@ def calibrate(
     if base.time is None:
         raise InputError("time: must be given, a run needs at least its keys end and step.")
     parameters, low, high, start = begin_of(base, fit, "--fit")
-    measured = _measured(record, base, of, noise)
+    if point is not None and (len(point) != 3 or not np.isfinite(point).all() or not base.network.buoys):
+        raise InputError("--point: must be three finite numbers X,Y,Z [m], in a scene with a buoy.")
+    if offset is not None:
+        if not -math.inf < offset[0] < offset[1] < math.inf:
+            raise InputError(f"--offset {offset[0]:g}..{offset[1]:g}: must be finite numbers that rise.")
+        low, high = np.append(low, offset[0]), np.append(high, offset[1])
+        start = np.append(start, 0.0 if offset[0] < 0 < offset[1] else sum(offset) / 2)
+    measured = _measured(record, base, of, noise, point, offset or (0.0, 0.0))
     make_ready(out, "calibrate", base)
-    model = _Model(base, parameters, measured)
+    model = _Model(base, parameters, measured, point, offset is not None)
     if model.residuals(start).max() >= LOST:
         raise SolveError(f"The first run of the fit fails: {model.reason}")
     found = least_squares(
@@ -128,14 +140,14 @@ def begin_of(
     return parameters, low, high, np.where(inside, value, (low + high) / 2)
 
 
-def _measured(record, base, of, noise):
-    """Series of a record within the run, after its ramp.  Raises InputError."""
+def _measured(record, base, of, noise, point, offset):
+    """Series of a record within the run, after its ramp, with any offset of time.  Raises InputError."""
     found = (
         _of_csv(Path(record))
         if isinstance(record, str | Path) and Path(record).suffix == ".csv"
-        else _of_record(record)
+        else _of_record(record, base, point)
     )
-    begin, end, chosen = window_start(base), base.time.end, []
+    begin, end, chosen = window_start(base) + offset[1], base.time.end + offset[0], []
     for name in of:
         labels = [label for label in found if label == name or label.startswith(f"{name} of ")]
         if not labels:
@@ -149,13 +161,16 @@ def _measured(record, base, of, noise):
     return chosen
 
 
-def _of_record(record):
+def _of_record(record, base, point):
     from ..results.record import read
 
     dataset = read(record) if isinstance(record, str | Path) else record
     if "time" not in dataset:
         raise InputError(f"--record {record}: has no series over time.")
-    return {one.label: (one.t, one.x) for one in series_of(dataset)}
+    found = {one.label: (one.t, one.x) for one in series_of(dataset)}
+    if point is not None and "buoy_orientation" in dataset:
+        found |= {label: (dataset.time.values, x) for label, x, _ in accelerations(dataset, arms_of(base, point))}
+    return found
 
 
 def _of_csv(path):
@@ -185,16 +200,27 @@ def _of_csv(path):
 
 
 class _Model:
-    """Runs of a scene with other numbers, beside what was measured."""
+    """Runs of a scene with other numbers, compared with what was measured.
 
-    def __init__(self, base: Scene, parameters: list[Parameter], measured: list[Measured]) -> None:
+    point: whose accelerations are compared, or None.  has_offset: the last of the values is the offset of time.
+    """
+
+    def __init__(
+        self,
+        base: Scene,
+        parameters: list[Parameter],
+        measured: list[Measured],
+        point: Sequence[float] | None,
+        has_offset: bool,
+    ) -> None:
         self.base, self.parameters, self.measured = base, parameters, measured
+        self.point, self.has_offset = point, has_offset
         self.runs, self.reason = 0, ""
         self._known: dict[tuple[float, ...], Any] = {}
 
     def scene_at(self, values: NDArray[Any]) -> Scene:
         scene = self.base
-        for p, value in zip(self.parameters, values, strict=True):
+        for p, value in zip(self.parameters, values[: len(self.parameters)], strict=True):
             scene = p.scene_at(scene, (float(value) - p.value) / p.scale)
         return scene
 
@@ -215,12 +241,16 @@ class _Model:
         self.runs += 1
         try:
             scene = self.scene_at(values)
-            dataset = of_run(scene, parameters_of(scene, [p.key for p in self.parameters]), MPI.COMM_SELF)
+            here = parameters_of(scene, [p.key for p in self.parameters])
+            dataset = of_run(scene, here, MPI.COMM_SELF)
         except (InputError, SolveError) as error:
             self.reason = str(error)
             count = sum(len(one.t) for one in self.measured)
             return np.full(count, LOST), np.zeros((count, len(values)))
-        series, rows, slopes = dict(_columns(dataset)), [], []
+        series, rows, slopes = dict(columns(dataset)), [], []
+        if self.point is not None:
+            series |= self._accelerations(scene, here, dataset)
+        t, offset = dataset.time.values, float(values[-1]) if self.has_offset else 0.0
         for one in self.measured:
             label = (
                 one.label
@@ -230,13 +260,25 @@ class _Model:
             if label is None:
                 raise InputError(f"--of {one.label}: the run has {', '.join(series)}.")
             x, slope = series[label]
-            rows.append((np.interp(one.t, dataset.time.values, x) - one.x) / one.scale)
-            slopes.append(np.array([np.interp(one.t, dataset.time.values, row) for row in slope]).T / one.scale)
+            if self.has_offset:
+                slope = [*slope, -np.gradient(x, t)]
+            rows.append((np.interp(one.t - offset, t, x) - one.x) / one.scale)
+            slopes.append(np.array([np.interp(one.t - offset, t, row) for row in slope]).T / one.scale)
         return np.concatenate(rows), np.concatenate(slopes)
 
+    def _accelerations(self, scene, parameters, dataset):
+        """label -> (accelerations of the point, derivatives by the parameters)."""
+        slopes = {name: np.zeros((len(parameters), 3)) for name in scene.network.buoys}
+        for k, p in enumerate(parameters):
+            below, above = (arms_of(p.scene_at(scene, x), self.point) for x in (-p.distance, p.distance))
+            for name, rows in slopes.items():
+                rows[k] = (above[name] - below[name]) / (2 * p.distance * p.scale)
+        found = accelerations(dataset, arms_of(scene, self.point), slopes)
+        return {label: (x, rates) for label, x, rates in found}
 
-def _columns(dataset):
-    """(label, (values, derivatives by the parameters)) of every series."""
+
+def columns(dataset: "xr.Dataset") -> Iterator[tuple[str, tuple[NDArray[Any], Any]]]:
+    """(label, (values, derivatives by the parameters)) of every series of a run with derivatives."""
     names = [name for name in dataset.data_vars if name in QUANTITIES and "time" in dataset[name].dims]
     base = dataset[names].drop_vars("parameter", errors="ignore")
     slopes = [
@@ -254,7 +296,8 @@ def _described(model, found, low, high, noise):
     """Estimates, their deviations and correlations, and sentences about them."""
     import xarray as xr
 
-    keys = np.array([p.key for p in model.parameters], dtype=object)
+    more = ["time_offset"] if model.has_offset else []
+    keys = np.array([*(p.key for p in model.parameters), *more], dtype=object)
     J, n = found.jac, len(found.x)
     free = max(1, len(found.fun) - n)
     variance = 1.0 if noise else 2 * found.cost / free
@@ -283,8 +326,11 @@ def _described(model, found, low, high, noise):
         {
             "estimate": ("parameter", found.x),
             "deviation": ("parameter", deviation),
-            "begin": ("parameter", np.array([p.value for p in model.parameters])),
-            "parameter_unit": ("parameter", np.array([p.unit for p in model.parameters], dtype=object)),
+            "begin": ("parameter", np.array([*(p.value for p in model.parameters), *(0.0 for _ in more)])),
+            "parameter_unit": (
+                "parameter",
+                np.array([*(p.unit for p in model.parameters), *("s" for _ in more)], dtype=object),
+            ),
             "at_bound": ("parameter", at_bound),
             "correlation": (("parameter", "other"), correlation),
             "measured": ("sample", measured),

@@ -94,7 +94,8 @@ def of_run(
 
     try:
         for p in parameters:
-            tangents.append(Tangent(run, lambda x, p=p: p.scene_at(scene, x), neighbour, p.distance))
+            leader = tangents[0] if tangents else None
+            tangents.append(Tangent(run, lambda x, p=p: p.scene_at(scene, x), neighbour, p.distance, leader))
         simulations = [run, *(one.simulation for t in tangents for one in (t.below, t.above))]
         noted = [_Notes(one) for one in simulations]
         times = [0.0]

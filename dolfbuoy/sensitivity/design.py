@@ -12,10 +12,12 @@ import numpy as np
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..results.folder import enlist, keep, make_ready
-from ..scene import Scene, load_scene
+from ..results.measured import window_start
+from ..results.series import OF_PART
+from ..scene import Scene, load_scene, parse_assignment
 from ..scene.quantities import number_of
 from ..writing import write_text
-from .calibration import begin_of
+from .calibration import begin_of, columns
 from .derivatives import of_run
 from .expressions import Dual, Expression
 from .parameters import parameters_of
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 MOST, ENDS, MISSED = 60, 1e-7, 1e-4
 #: What an output counts as in a run that failed, in limits: a step there is not taken.
 LOST = 100.0
+#: Ending of outputs that are soft maxima, and how sharp these are.
+SOFT, SHARP = ".soft_max", 60.0
 
 
 @dataclass(frozen=True)
@@ -44,10 +48,10 @@ class Design:
 
 def design(
     scene: Scene | str | Path | dict[str, Any],
-    vary: Mapping[str, tuple[float, float]],
-    least: str,
-    hold: Sequence[str] = (),
-    cases: Sequence[Mapping[str, Any]] = (),
+    vary: Mapping[str, tuple[float, float]] | None = None,
+    least: str | None = None,
+    hold: Sequence[str] | None = None,
+    cases: Sequence[Mapping[str, Any]] | None = None,
     out: str | Path | None = None,
     **overrides: Any,
 ) -> Design:
@@ -55,7 +59,8 @@ def design(
 
     vary: key -> (low, high).  least: an expression of keys and outputs (`expressions`).  hold: "EXPRESSION < LIMIT" or
     "EXPRESSION > LIMIT".  cases: load cases, changes of the scene each; limits hold in all of them, and `least` counts
-    the largest.  out: folder for design.nc and designed.toml.  On one rank.
+    the largest.  What is not given is that of the scene's section [design].  out: folder for design.nc and
+    designed.toml.  On one rank.
 
     Raises InputError for what is no expression, key or output, SolveError where the first run fails or nothing is
     found that keeps the limits.
@@ -65,6 +70,15 @@ def design(
     base = load_scene(load_scene(scene, **overrides), accuracy=None)
     if MPI.COMM_WORLD.size > 1:
         raise InputError("A design is found on one rank.")
+    given = base.design
+    vary = vary or (given.vary if given else None) or {}
+    least = least or (given.least if given else None)
+    hold = hold or (given.hold if given else [])
+    if not cases:
+        texts = given.case if given else []
+        cases = [dict(parse_assignment(part) for part in text.split(";")) for text in texts]
+    if not least:
+        raise InputError("--least: must be given, or least in the section [design] of the scene.")
     parameters, low, high, start = begin_of(base, vary, "--vary")
     search = _Search(base, parameters, Expression(least, "--least"), [_limit(text) for text in hold], cases)
     make_ready(out, "design", base)
@@ -189,7 +203,7 @@ class _Search:
             if name in self._keys:
                 (here,) = parameters_of(scene, [name])
                 return Dual(here.value, np.array([float(p.key == here.key) for p in self.parameters]))
-            return _output(dataset, name)
+            return _soft(dataset, name, window_start(scene)) if SOFT in name else _output(dataset, name)
 
         size = len(values)
         return self.least.at(value_of, size), [limit.expression.at(value_of, size) for limit in self.limits]
@@ -207,6 +221,30 @@ def _output(dataset: "xr.Dataset", name: str) -> Dual:
     values = dataset.output_value.values[there]
     at = there[values.argmin() if output.endswith(".min") else values.argmax()]
     return Dual(float(dataset.output_value.values[at]), dataset.d_output.values[:, at])
+
+
+def _soft(dataset: "xr.Dataset", name: str, begin: float) -> Dual:
+    """Soft maximum m (1 + log(mean of exp(60 (x/m - 1)))/60) of the values x of a series after the ramp, m the largest.
+
+    It moves smoothly where one crest takes the place of another as the largest, and is lower where crests are narrow.
+    """
+    output, _, part = name.partition("[")
+    of = output.removesuffix(SOFT) + (f"{OF_PART}{part.rstrip(']')}" if part else "")
+    late, found = dataset.time.values >= begin - 1e-9, []
+    for label, (x, slopes) in columns(dataset):
+        if label == of or (not part and label.startswith(of + OF_PART)):
+            x, slopes = x[late], np.asarray(slopes)[:, late]
+            m = float(x.max())
+            if not m > 0:
+                raise InputError(f"{name}: a soft maximum is that of a series that becomes positive.")
+            weight = np.exp(SHARP * (x / m - 1))
+            value = m * (1 + math.log(weight.mean()) / SHARP)
+            # by m: the terms of the exponents -x/m^2, and the factor in front
+            of_m = value / m - (weight @ x) / (weight.sum() * m)
+            found.append(Dual(value, slopes @ weight / weight.sum() + of_m * slopes[:, x.argmax()]))
+    if not found:
+        raise InputError(f"{name}: the run has no such series.")
+    return max(found, key=lambda one: one.value)
 
 
 def _described(search, best, start, low, high, found):

@@ -65,13 +65,17 @@ class Callbacks:
     def improving_tangent(self, residual: Array, change: Array, enough: float, rough: float, noise: float) -> Work:
         """Function that takes from `change` the increment that belongs to `residual`, with the matrix at hand.
 
-        Both of local unknowns.  `numbers.improved` is true then if it was not larger than `enough` times the change; or
-        if increments shrink no more, and it was not larger than `rough` times the change, or `noise` typical sizes.
+        Both of local unknowns.  `numbers.improved` is true then if the next one would not be larger than `enough` times
+        the change; or if increments shrink no more, and it was not larger than `rough` times the change, or `noise`
+        typical sizes.
+        In rows of held and of tied unknowns `residual` is what it would be after the increment.
         """
         increment, system = np.zeros_like(change), self._alive[0]
         rows, unknowns = system.scaled_residual.of(residual), system.scaled_unknowns.of(increment)
         arrays = {"residual": residual, "change": change, "increment": increment}
         found = core().ffi.new("tangent *", {name: address(array) for name, array in arrays.items()})
         found.newton, found.rows, found.unknowns = self._context, rows.described[0], unknowns.described[0]
-        found.enough, found.rough, found.noise = enough, rough, noise
+        found.enough, found.rough, found.noise, found.rate = enough, rough, noise, 1.0
+        found.places, found.of_rows, found.of_columns = map(address, system.entries_of_ends)
+        found.count = len(system.entries_of_ends[0])
         return Work("improve_tangent", found, (self, rows, unknowns, arrays))

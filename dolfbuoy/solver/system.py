@@ -78,6 +78,12 @@ class System:
         self.A, index = numbering.matrix(), np.append(numbering.global_index, -1)  # -1: of what belongs to no unknown
         # the spare entries: a diagonal even where the forms have none, for the factorisation
         preallocate(self.A, *(index[np.append(e, self.order)] for e in self.add_jacobians.entries))
+        rows, columns = self.add_jacobians.entries
+        of_ends = index < 0  # rows that hold reactions, and forces between lines that meet
+        of_ends[numbering.tied] = of_ends[numbering.visible[numbering.tied_to]] = True
+        found = np.flatnonzero((rows >= 0) & of_ends[rows] & (index[columns] >= 0))
+        #: Entries of the Jacobian in rows that forces at ends are read of: places in its tensors, rows and columns.
+        self.entries_of_ends = tuple(np.array(one, dtype=np.int32) for one in (found, rows[found], columns[found]))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
         set_values(self.A, self.add_jacobians.out)
         self.row_vector, self.unknown_vector = numbering.vector(), numbering.vector()

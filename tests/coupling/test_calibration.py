@@ -12,7 +12,9 @@ import xarray as xr
 
 import dolfbuoy
 from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.model.rigid import rotation_of
 from dolfbuoy.sensitivity import calibrate
+from dolfbuoy.sensitivity.accelerations import accelerations
 
 module = importlib.import_module("dolfbuoy.sensitivity.calibration")
 DRIVEN = {"time.end": 20.0, "time.step": 0.1, "time.scheme": "bdf2", "cable.elements": 10}
@@ -60,6 +62,38 @@ def test_twin_with_noise(twin, tmp_path):
     assert fit.dataset.attrs["runs"] <= 12
     assert fit.dataset.attrs["residual"] == pytest.approx(1.0, abs=0.2)
     assert dolfbuoy.load_scene(tmp_path / "out" / "calibrated.toml") == fit.scene
+
+
+def test_offset_of_clocks(twin):
+    """A record whose clock is 0.37 s ahead."""
+    late = twin.assign_coords(time=twin.time + 0.37)
+    fit = calibrate("driven", late, {"cable.length": (21.6, 22.5)}, offset=(-1.0, 1.0), **DRIVEN | TRUE)
+    assert fit.dataset.parameter.values.tolist() == ["cable.length", "time_offset"]
+    assert fit.dataset.estimate.values == pytest.approx([21.8, 0.37], abs=2e-3)  # linear between steps of 0.1 s
+    with pytest.raises(InputError, match=r"--offset 1..-1: must be finite numbers that rise"):
+        calibrate("driven", late, {"cable.length": (21.6, 22.5)}, offset=(1.0, -1.0), **DRIVEN)
+
+
+AFLOAT = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2"}
+
+
+def test_accelerations_of_a_point():
+    """A twin whose mast and centre of mass are other ones, from what swings at the top of the mast."""
+    true = {"buoy.mass": 420.0, "buoy.center_of_mass": 1.3}
+    record, place = dolfbuoy.simulate("short", **AFLOAT, **true), (0.3, 0.0, 4.0)
+    arms = {"buoy": np.array(place) - (0, 0, 1.3)}
+    t, csv = record.time.values, {label: x for label, x, _ in accelerations(record, arms)}
+    q = record.buoy_orientation.values[:, 0]
+    p = record.buoy_position.values[:, 0] + np.array([rotation_of(one) @ arms["buoy"] for one in q])
+    expected = (p[2:] - 2 * p[1:-1] + p[:-2]) / 0.1**2
+    assert np.array([csv[f"acceleration_{k}"] for k in "xyz"]).T[1:-1] == pytest.approx(expected, abs=1e-9)
+    series = xr.Dataset({name: ("time", x) for name, x in csv.items()}, {"time": t})
+    bounds = {"buoy.mass": (350.0, 480.0), "buoy.center_of_mass": (1.0, 1.5)}
+    fit = calibrate("short", series, bounds, ["acceleration_x", "acceleration_z"], point=place, **AFLOAT)
+    assert fit.dataset.estimate.values == pytest.approx(list(true.values()), rel=1e-4)
+    assert fit.dataset.attrs["runs"] <= 12
+    with pytest.raises(InputError, match="--point: must be three finite numbers"):
+        calibrate("short", series, bounds, ["acceleration_x"], point=(1.0, 2.0), **AFLOAT)
 
 
 def test_deviation_in_closed_form():
@@ -143,6 +177,10 @@ def test_command(call, twin, tmp_path):
         assert text in out
     assert float(xr.load_dataset(tmp_path / "out" / "calibrate.nc").estimate[0]) == pytest.approx(21.8, rel=1e-6)
     assert (tmp_path / "out" / "figures" / "residuals.png").stat().st_size > 10_000
+    for bad, text in (("--point=1,2,up", "must be X,Y,Z"), ("--offset=1", "must have the form")):
+        code, _, err = call("calibrate", "driven", *where, "--fit", "cable.length=21.6..22.5", bad)
+        assert code == 2
+        assert text in " ".join(err.split())
     for bad in ("cable.length", "cable.length=1", "cable.length=1..x", "cable.length=1..2,cable.length=1..2"):
         code, _, err = call("calibrate", "driven", *where, "--fit", bad)
         assert code == 2

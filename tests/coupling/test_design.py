@@ -3,6 +3,7 @@
 Source: optima and multipliers of a hanging line in closed form; Python's own arithmetic.
 """
 
+import importlib
 import math
 
 import numpy as np
@@ -12,8 +13,11 @@ import xarray as xr
 import dolfbuoy
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.sensitivity import design
+from dolfbuoy.sensitivity.derivatives import of_run
 from dolfbuoy.sensitivity.expressions import Dual, Expression
+from dolfbuoy.sensitivity.parameters import parameters_of
 
+module = importlib.import_module("dolfbuoy.sensitivity.design")
 HANGING = {  # at rest: the tension at its top is g (w L + m)
     "cable": {
         "length": 10.0,
@@ -108,6 +112,43 @@ def test_limits_hold_in_all_load_cases():
         HANGING, {"cable.line_density": (1.0, 9.0)}, "-cable.line_density", ["tension_top.mean < 700"], cases
     )
     assert float(found.dataset.value[0]) == pytest.approx((700 / 12.0 - 30.0) / 10, rel=1e-4)
+
+
+def test_section_of_a_scene(call, tmp_path):
+    """What options would say stands in the scene."""
+    section = {
+        "vary": {"cable.line_density": [1.0, 9.0]},
+        "least": "-cable.line_density",
+        "hold": ["tension_top.mean < 700"],
+        "case": ["gravity=9.81", "gravity=12;title=moon"],
+    }
+    dolfbuoy.load_scene(HANGING | {"design": section}).save(tmp_path / "scene.toml")
+    assert call("design", tmp_path / "scene.toml", "--out", tmp_path / "out")[0] == 0
+    found = xr.load_dataset(tmp_path / "out" / "design.nc")
+    assert float(found.value[0]) == pytest.approx((700 / 12.0 - 30.0) / 10, rel=1e-4)
+    again = design(HANGING | {"design": section}, hold=["tension_top.mean < 600"])
+    assert float(again.dataset.value[0]) == pytest.approx((600 / 12.0 - 30.0) / 10, rel=1e-4)
+    with pytest.raises(InputError, match="--least: must be given"):
+        design(HANGING, VARY)
+    with pytest.raises(InputError, match=r"design\.vary"):
+        dolfbuoy.load_scene(HANGING | {"design": {"vary": {"cable.length": [1.0]}}})
+
+
+def test_soft_maximum():
+    """Its formula, and the derivative of that by central differences."""
+    changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
+
+    def soft(record):
+        x = np.asarray(record.tension_top.values[record.time.values >= 10.0 - 1e-9, 0])
+        return x.max() * (1 + np.log(np.mean(np.exp(60 * (x / x.max() - 1)))) / 60)
+
+    scene = dolfbuoy.load_scene("short", **changes)
+    found = module._soft(of_run(scene, parameters_of(scene, ["current.speed"])), "tension_top.soft_max", 10.0)
+    assert found.value == pytest.approx(soft(dolfbuoy.simulate(scene)), rel=1e-9)
+    low, high = (soft(dolfbuoy.simulate("short", **changes, **{"current.speed": 0.9 + x})) for x in (-9e-5, 9e-5))
+    assert found.slope[0] == pytest.approx((high - low) / 1.8e-4, rel=1e-3)
+    fitted = design(HANGING, {"cable.line_density": (1.0, 9.0)}, "-cable.line_density", ["tension_top.soft_max < 700"])
+    assert float(fitted.dataset.value[0]) == pytest.approx((700 / 9.81 - 30.0) / 10, rel=1e-4)
 
 
 def test_what_cannot_be_kept():

@@ -120,11 +120,31 @@ def test_as_central_differences(name):
         )
 
 
-def test_nothing_of_the_run_changes():
-    scene = dolfbuoy.load_scene(SHORT)
+@pytest.mark.parametrize("changes", [{}, {"solver.keep_jacobian": True, "solver.step_tolerance": 1e-4}])
+def test_nothing_of_the_run_changes(changes):
+    scene = dolfbuoy.load_scene(SHORT, **changes)
     plain, followed = dolfbuoy.simulate(scene), of_run(scene, parameters_of(scene, ["buoy.mass"]))
     assert np.array_equal(followed.tension_top, plain.tension_top)
     assert np.array_equal(followed.buoy_position, plain.buoy_position)
+
+
+@pytest.mark.parametrize("name", ["network", "on a bed"])
+def test_one_matrix_for_all(name):
+    """Derivatives by several numbers share the first one's matrix, and are those of each alone (5e-5 measured)."""
+    scene = dolfbuoy.load_scene(CASES[name][0])
+    parameters = parameters_of(scene, CASES[name][1].split(",")[:3])
+    shared = of_run(scene, parameters)
+    for k, one in enumerate(parameters):
+        alone = of_run(scene, [one])
+        for series in ("d_tension_top", "d_anchor_force", "d_end_tension"):
+            size = np.abs(alone[series].values).max()
+            assert np.abs(shared[series].values[k] - alone[series].values[0]).max() <= 2e-4 * size, (one.key, series)
+
+
+def test_derivatives_that_are_rounding():
+    """Before anything moves, drag has no effect, and increments are as large as its derivative."""
+    scene = dolfbuoy.load_scene("driven", **{"time.end": 0.2})
+    assert np.abs(of_run(scene, parameters_of(scene, ["cable.normal_drag"])).d_tension_top.values).max() < 1.0
 
 
 #: scene, keys, number, from when on [s], and derivatives of the largest and the last tension at the top.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from every_key import changed, shows
 
-from dolfbuoy import modes, simulate, solve_static, uncertainty
+from dolfbuoy import design, modes, simulate, solve_static, uncertainty
 from dolfbuoy.errors import NotAccurate
 
 ROPE = {"length": 20.0, "line_density": 0.5, "diameter": 0.02, "axial_stiffness": 1e6, "elements": 2}
@@ -301,6 +301,31 @@ def test_uncertain():
         for sigma in ("1%", "2%")
     )
     assert float(second.sigma[0]) == pytest.approx(2 * float(first.sigma[0]), rel=1e-6)
+
+
+@shows("design.vary", "design.least", "design.hold", "design.case")
+def test_design():
+    """Bounds, the least of an expression, a limit, and a load case in which it is reached first."""
+    line = {"length": 10.0, "line_density": 3.0, "axial_stiffness": 1e7, "elements": 2}
+    scene = {
+        "cable": [line | {"name": "line", "from": "weight", "to": [0.0, 0.0, 0.0]}],
+        "joint": [{"name": "weight", "mass": 30.0, "volume": 0.0}],
+        "time": {"end": 0.4, "step": 0.1},
+    }
+    section = {"vary": {"cable.line_density": [2.0, 9.0]}, "least": "cable.line_density"}
+    hold = ["tension_top.mean < 700"]
+    cases = {
+        "bound": (section, 2.0),
+        "other bound": (section | {"vary": {"cable.line_density": [2.5, 9.0]}}, 2.5),
+        "most": (section | {"least": "-cable.line_density"}, 9.0),
+        "limit": (section | {"least": "-cable.line_density", "hold": hold}, (700 / 9.81 - 30) / 10),
+        "case": (
+            section | {"least": "-cable.line_density", "hold": hold, "case": ["gravity=9.81", "gravity=12"]},
+            (700 / 12 - 30) / 10,
+        ),
+    }
+    for name, (one, expected) in cases.items():
+        assert float(design(scene | {"design": one}).dataset.value[0]) == pytest.approx(expected, rel=1e-4), name
 
 
 @shows("accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds")

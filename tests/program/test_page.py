@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import InputError, load_scene, modes, show, simulate
+from dolfbuoy import InputError, load_scene, modes, sensitivities, show, simulate
 from dolfbuoy.page.html import as_json, style_sheet, tag
 from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
 from dolfbuoy.page.result_pages import precision_page, sweep_page
@@ -50,6 +50,25 @@ def record():
 @pytest.fixture(scope="module")
 def page(record):
     return run_page(record)
+
+
+def test_what_moves_the_answer(tmp_path, call):
+    """Elasticities in the folder of a run are on its page, escaped, but not those of another scene."""
+    changes = {"time.end": 12.0, "time.step": 0.1}
+    options = [f"--set={key}={value}" for key, value in changes.items()]
+    assert call("run", "short", *options, "--out", tmp_path, "--no-plot", "--page")[0] == 0
+    assert "What moves the answer" not in (tmp_path / "page.html").read_text()
+    found = sensitivities("short", ["buoy.mass", "sea.depth"], out=tmp_path, **changes)
+    assert call("page", tmp_path)[0] == 0
+    page = (tmp_path / "page.html").read_text()
+    part = re.search(r'<section id="movers".*?</section>', page, re.DOTALL)[0]
+    assert part.index("sea.depth") < part.index("buoy.mass")
+    assert f"{float(found.elasticity.sel(output='tension_top.max')[1]):+.3f}" in part
+    record = read(tmp_path / "results.nc")
+    found["parameter"] = np.array([EVIL, "b"], dtype=object)
+    assert EVIL not in run_page(record, slopes=found)
+    other = run_page(record, load_scene("short", **changes, buoy__mass=500.0), slopes=found)
+    assert "sensitivity.nc in this folder is of another scene" in other
 
 
 def test_arrays_survive_their_packing():

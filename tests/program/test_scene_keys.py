@@ -49,7 +49,7 @@ def test_every_key_is_described(key):
 
 
 #: Tables whose keys are names that the scene gives: as one value, and of sections.
-BY_NAME = ("solver.petsc", "buoy.fairleads", "vessel.fairleads", "initial.points", "uncertain")
+BY_NAME = ("solver.petsc", "buoy.fairleads", "vessel.fairleads", "initial.points", "uncertain", "design.vary")
 NAMED = "material"
 #: Sections that may be a list of tables.
 SECTIONS = ("cable", "buoy", "joint", "vessel")
@@ -95,6 +95,7 @@ HELD = {
     "seabed": {},
     "time": {"end": 1.0, "step": 0.1},
     "accuracy": {},
+    "design": {},
 }
 FLOATING = {
     "buoy": {"mass": 400.0, "inertia": [100.0, 120.0], "center_of_mass": 0.5},

@@ -108,6 +108,7 @@ LEFT_ALONE = {
     "solver.step_tolerance", "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
     "accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds", "uncertain",
+    "design.vary", "design.least", "design.hold", "design.case",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
 OF_NETWORKS = re.compile(
