@@ -58,13 +58,26 @@ def test_nothing_in_a_figure_stands_over_anything_else(moored):
     """No text is cut off, none lies on another one; not in a long and high box, nor in a flat one."""
     _, record = moored
     shallow = load_scene({key: MOORED[key] for key in ("sea", "buoy", "waves", "wind")} | {"time": MOORED["time"]})
-    drawn = [figures.FIGURES[name](record) for name in figures.FIGURES if "spectrum" not in name]
+    drawn = [
+        figures.FIGURES[name](record) for name in figures.FIGURES if "spectrum" not in name and name != "curvature"
+    ]
     drawn += [figures.snapshot(record[["time", "buoy_position", "buoy_orientation"]], shallow)]
     long = record.assign(cable_position=record.cable_position * [30.0, 1.0, 1.0])
     drawn += [figures.snapshot(long.drop_vars("buoy_position")), figures.shapes(long)]
     assert len(drawn) == 13
     for figure in drawn:
         assert nothing_overlaps(figure)
+
+
+def test_curvature_of_a_line_that_bends(tmp_path):
+    """Largest and allowed curvature along the line are those of the record and of the scene."""
+    cable = {"bending_stiffness": 100.0, "minimum_bend_radius": 4.0, "from_end": {"direction": [1.0, 0.0, 0.0]}}
+    record = simulate({**HANGING, "cable": HANGING["cable"] | cable}, out=tmp_path)
+    assert "curvature.png" in {file.name for file in draw_all(tmp_path)}
+    (axes,) = figures.curvature(record).axes
+    found = {line.get_label(): line.get_ydata() for line in axes.lines}
+    np.testing.assert_allclose(found["largest"], record.curvature.values.max(axis=0))
+    np.testing.assert_allclose(found["allowed"], 0.25)
 
 
 def test_a_cable_alone_has_no_buoy_figures(tmp_path):
