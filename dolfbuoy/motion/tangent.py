@@ -24,7 +24,7 @@ from .simulation import Simulation
 
 #: Increments end when the next would be of this size, relative to the derivative, or when they shrink no more and one
 #: is smaller than the second, or than the third in typical sizes of the unknowns: rounding.
-ENOUGH, ROUGH, NOISE = 1e-5, 1e-3, 1e-6
+ENOUGH, ROUGH, NOISE = 1e-6, 1e-3, 1e-6
 MOST = 12  #: increments
 #: Distance of starts that are not at rest: the tiny steps that make them consistent have rounding in their forces.
 FAR = 1e-3

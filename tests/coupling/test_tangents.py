@@ -1,6 +1,7 @@
 """Derivatives of runs and equilibria by the numbers of their scenes.
 
-Source: central differences of whole runs of the same steps; closed forms at rest; digits of a separate program.
+Source: central differences of whole runs of the same steps; closed forms at rest; digits of a separate program;
+dimensional analysis.
 """
 
 import numpy as np
@@ -214,6 +215,24 @@ def test_response():
     low, high = (dolfbuoy.response("short", found.period.values, **{"buoy.mass": m}).rao.values for m in (399.6, 400.4))
     size = np.abs(found.d_rao.values).max()
     assert np.abs(found.d_rao.values[0] - (high - low) / 0.8).max() < 1e-3 * size
+
+
+def test_tornado_of_short_by_dimensions():
+    """All masses, densities, stiffnesses and forces times a factor: forces too, and angles stay (Buckingham's Pi)."""
+    changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "cable.elements": 8}
+    scene = dolfbuoy.load_scene("short", **changes)
+    with_mass = [
+        one.key
+        for one in parameters_of(scene)
+        if "kg" in one.unit or one.unit == "N" or one.key in ("buoy.inertia", "external_force.force")
+    ]
+    assert len(with_mass) == 9
+    elasticity = dolfbuoy.sensitivities(scene, with_mass).elasticity
+    for output in ("tension_top.max", "tension_top.mean", "anchor.max"):
+        assert float(elasticity.sel(output=output).sum()) == pytest.approx(1.0, abs=1e-4)
+    for output in ("cone_angle.max", "cone_angle.mean"):
+        assert np.abs(elasticity.sel(output=output)).max() > 0.3
+        assert float(elasticity.sel(output=output).sum()) == pytest.approx(0.0, abs=1e-4)
 
 
 def test_outputs_are_those_of_runs():
