@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_bvp, solve_ivp, trapezoid
 from scipy.optimize import brentq
 
+import dolfbuoy
 from dolfbuoy.scene import load_scene
 
 RHO, G = 1025.0, 9.81
@@ -185,3 +186,19 @@ def test_power_cable_is_an_elastica_on_springs():
     assert float(found.end_moment) == pytest.approx(abs(solved.y[-2, -1]), rel=2e-3)
     curvature = max(np.abs(solved.y[5 * i + 3]).max() / EI[i] for i in range(n))
     assert float(found.min_bend_radius) == pytest.approx(1 / curvature, rel=5e-3)
+
+
+def test_articulated_column_turns_about_its_hinge():
+    """Without waves and added mass: restoring moment of hull, waterplane and rod over the inertia about the pin."""
+    none = {"cable__added_mass": 0.0, "buoy__added_mass": 0.0, "cable__normal_drag": 0.0, "buoy__normal_drag": 0.0}
+    scene = load_scene("articulated-column", waves=None, **none)
+    c, buoy = scene.network.pieces[0].section, scene.network.buoys["buoy"]
+    L, m, radius, height, lever = c.length, buoy.mass, 0.75, 4.0, c.length + buoy.center_of_mass
+    draft, area = scene.sea.depth - L, math.pi * radius**2
+    hull = RHO * G * area * (draft * (L + draft / 2) + radius**2 / 4)
+    rod = G * (RHO * math.pi * c.diameter**2 / 4 - c.line_density) * L**2 / 2
+    inertia = c.line_density * L**3 / 3 + m * lever**2
+    inertia += m * (3 * radius**2 + height**2) / 12 + m * (height / 2 - buoy.center_of_mass) ** 2
+    expected = math.sqrt((hull + rod - m * G * lever) / inertia)
+    omega = dolfbuoy.modes(scene, 8).omega.values
+    assert omega[np.abs(omega - expected).argmin()] == pytest.approx(expected, rel=2e-3)

@@ -51,6 +51,10 @@ SEA = {
 CASES = {
     "backward Euler": (merged(SHORT, time__scheme="backward-euler"), "cable.normal_drag,buoy.mass,waves.amplitude"),
     "BDF2": (SHORT, "sea.depth,waves.period,buoy.hull.1.1,current.speed,cable.diameter"),
+    "bending": (
+        merged(SHORT, cable={"bending_stiffness": 1e5, "to_end": {"direction": [0.1, 0.0, 1.0]}}),
+        "cable.bending_stiffness,cable.to_end.direction.0",
+    ),
     "generalized-alpha": (merged(SHORT, time__scheme="generalized-alpha"), "cable.length,buoy.normal_drag"),
     "inextensible, degree 2": (
         merged(SHORT, cable={"axial_stiffness": float("inf"), "position_degree": 2, "tension_degree": 1}),
