@@ -287,3 +287,20 @@ def test_shipped_networks_beside_moordyn(name):
         assert row["relative"] < 0.01
         assert row["largest"] == pytest.approx(row["largest_moordyn"], rel=5e-3)
     assert np.isfinite([row["relative"] for row in found.rows]).all()
+
+
+@pytest.mark.slow
+def test_a_line_that_bends_beside_moordyn():
+    """Top tensions within 0.5 % of their range (rms); what a stiffness of 1 kN m^2 takes from the peak and the trough
+    (57 and 282 N of 7.1 and 3.4 kN), within 15 %."""
+    pytest.importorskip("moordyn")
+    from dolfbuoy.studies import peer
+
+    found = {}
+    for stiffness in (0.0, 1e3):
+        rows = peer.compare(load_scene("driven", cable__bending_stiffness=stiffness), 20.0).rows
+        (found[stiffness],) = (row for row in rows if row["quantity"].endswith("tension_top"))
+    assert found[1e3]["relative"] < 0.005
+    for name in ("largest", "least"):
+        mine, theirs = (found[0.0][key] - found[1e3][key] for key in (name, f"{name}_moordyn"))
+        assert mine == pytest.approx(theirs, rel=0.15)
