@@ -390,7 +390,7 @@ class Lines(Layout, Masses):
             means = first + self.mean_dofs
             blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
         if self.moment_dofs is not None:
-            # Rows are angles times EI.  At rest shares of 0.01 and of 1 lead some lines astray; in motion rounding counts.
+            # Rows are angles times EI.  At rest 0.01 and 1 lead some lines astray; in motion their rounding counts.
             EI, share = float(self.typical_EI.value), 1.0 if self.dynamic else 0.1
             blocks.append(Block("cable moment", first + self.moment_dofs.ravel(), EI / L, EI * share, unit="N m"))
         return blocks
