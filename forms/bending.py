@@ -38,8 +38,11 @@ def end_direction(t_b: Expr, E0: Scalar, p: Expr, end: int) -> Expr:
     return (2 * end - 1) * E0 * inner(t_b, p)
 
 
-def sprung_direction(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
-    """Direction of an end that a spring k [N m/rad] turns towards t_0: |m| = k sin of the angle between them."""
+def direction(t_0: Expr, m: Expr, k: Scalar | None, end: int) -> Expr:
+    """Direction t_b of an end that is held at t_0, or that a spring k [N m/rad] turns towards t_0: |m| = k sin of the
+    angle between them."""
+    if k is None:
+        return t_0
     turned = t_0 + (1 - 2 * end) * m / k
     return turned / sqrt(inner(turned, turned))
 
@@ -51,7 +54,7 @@ def end_torque(m: Expr, t_b: Expr, end: int) -> Expr:
 
 def spring_energy(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
     """k (1 - cos) of the angle between an end and the direction that its spring turns it to [J]."""
-    return k * (1 - inner(t_0, sprung_direction(t_0, m, k, end)))
+    return k * (1 - inner(t_0, direction(t_0, m, k, end)))
 
 
 def bending_energy(m: Expr, EI: Scalar) -> Expr:

@@ -13,7 +13,6 @@ from ..model.problem import Problem
 from ..model.rigid import cross_section, weight_per_length
 from ..model.seabed import has_friction, stick_length
 from ..model.surfacing import surfacing
-from ..results.bending import bends
 from ..results.cautions import PULSES
 from ..results.running import Utilisation, never_parted, stressed
 from ..results.summary import UNSEEN
@@ -119,7 +118,7 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
         _rising(problem, about, cable)
     if scene.sea:
         _above_water(problem, report)
-    if bends(network):
+    if network.bends:
         bent_at_rest(problem, report)
     names, use = stressed(network), Utilisation(problem)
     if names:

@@ -93,8 +93,7 @@ def sea_of(scene: Scene) -> Components:
 
 def _with_crest(scene):
     waves, sea = scene.waves, components_of(scene.waves)
-    runs = [propagation(scene, *pair) for pair in zip(2 * math.pi / sea.frequency, sea.direction_deg, strict=True)]
-    k, w = np.array([(p.wavenumber, p.at_ground) for p in runs]).T
+    k, _, w = _runs(scene)
     x, y = waves.crest_position
     angle = np.radians(sea.direction_deg)
     there = k * (np.cos(angle) * x + np.sin(angle) * y) - w * waves.crest_time
@@ -104,6 +103,17 @@ def _with_crest(scene):
     part /= part.sum()
     z += part * (waves.crest - z.real.sum() - 1j * w * (w @ z.imag) / (part @ w**2))
     return Components(np.abs(z), sea.frequency, sea.direction_deg, np.mod(np.angle(z) - there, 2 * math.pi))
+
+
+def _runs(scene):
+    """Rows of wavenumbers and of angular frequencies in the water and at a fixed point of the scene's components."""
+
+    def made():
+        sea = components_of(scene.waves)
+        runs = [propagation(scene, *pair) for pair in zip(2 * math.pi / sea.frequency, sea.direction_deg, strict=True)]
+        return np.array([(p.wavenumber, p.in_water, p.at_ground) for p in runs]).T
+
+    return remembered(made, scene.waves, scene.sea, scene.current, scene.gravity, "runs")
 
 
 #: (sections of a scene, which do not change, what was made of them): a run needs the same ones several times.
@@ -314,9 +324,7 @@ class AirySum:
             runs = propagation(scene, scene.waves.period, scene.waves.direction_deg)
             return cls._of_harmonics(scene.waves, stream_wave(scene), runs, scene.sea.depth)
         c = sea_of(scene)
-        periods, angles = 2 * math.pi / c.frequency, np.radians(c.direction_deg)
-        waves = [propagation(scene, *pair) for pair in zip(periods, c.direction_deg, strict=True)]
-        k, in_water, at_ground = np.array([(p.wavenumber, p.in_water, p.at_ground) for p in waves]).T
+        (k, in_water, at_ground), angles = _runs(scene), np.radians(c.direction_deg)
         order = np.argsort(k, kind="stable")
         arrays = (c.amplitude, k, in_water, at_ground, np.cos(angles), np.sin(angles), c.phase)
         waves = scene.waves

@@ -141,9 +141,7 @@ class Clamp:
 
     def end_direction(self, m: Expr, p: Expr) -> ufl.Form:
         """The end's term of the equation of m."""
-        t_b = CLAMPED.split(self._on_line).direction
-        if self._spring_of_line is not None:
-            t_b = bending.sprung_direction(t_b, m, self._spring_of_line, self.end)
+        t_b = bending.direction(CLAMPED.split(self._on_line).direction, m, self._spring_of_line, self.end)
         return bending.end_direction(t_b, self._lines.typical_EI, p, self.end) * self._ds
 
     def moment_equation(self, m: Expr) -> ufl.Form:
@@ -154,9 +152,7 @@ class Clamp:
     def torque(self) -> Expr:
         """Torque of the end's moment on the body [N m]."""
         known = CLAMPED.split(self._on_body)
-        t_b = known.direction
-        if self._spring_of_body is not None:
-            t_b = bending.sprung_direction(t_b, known.moment, self._spring_of_body, self.end)
+        t_b = bending.direction(known.direction, known.moment, self._spring_of_body, self.end)
         return bending.end_torque(known.moment, t_b, self.end)
 
     def torque_of(self, u: np.ndarray) -> np.ndarray:

@@ -315,9 +315,7 @@ class Lines(Layout, Masses):
         if self.moment_dofs is not None:
             m = ufl.split(self.w)[-1]
             for (k, i), (t_b, spring) in self.clamps.items():
-                if spring is not None:
-                    t_b = bending.sprung_direction(t_b, m, spring, i)
-                t_b = self.share_of_bending * t_b
+                t_b = self.share_of_bending * bending.direction(t_b, m, spring, i)
                 found.append(bending.end_direction(t_b, self.typical_EI, tests[-1], i) * self.end_measure(k, i))
         return found
 

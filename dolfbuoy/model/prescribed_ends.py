@@ -13,6 +13,7 @@ from ..scene.vessel import Riding
 from ..solver.vector_ops import copies, work
 from . import Array
 from .airy import ramp
+from .splines import along_rows, spline
 
 
 def motion_of(top: Top) -> Callable[[float], list[float]]:
@@ -26,7 +27,8 @@ def motion_of(top: Top) -> Callable[[float], list[float]]:
     if top.kind != "prescribed":
         return lambda t: position
     if top.motion:
-        return _along_rows(np.array(position), np.array(top.motion), top.ramp)
+        path = along_rows(top.motion, top.ramp)
+        return lambda t: position + path(t)
     if top.velocity:
         return lambda t: [r + _towed(t, top.ramp) * v for r, v in zip(position, top.velocity, strict=True)]
     phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
@@ -54,7 +56,7 @@ def direction_of(clamp: EndDirection) -> Callable[[float], Array] | None:
     """Unit direction of an end that is turned, as a function of time; None where it stays."""
     if clamp.motion is None:
         return None
-    path = _along_rows(np.zeros(3), np.array(clamp.motion), clamp.ramp)
+    path = along_rows(clamp.motion, clamp.ramp)
 
     def direction(t: float) -> Array:
         way = path(t)
@@ -77,28 +79,11 @@ def _towed(t, duration):
     return t / 2 - duration / (2 * math.pi) * math.sin(math.pi * t / duration)
 
 
-def _along_rows(position, rows, duration):
-    """Displacements [t, x, y, z], joined by a cubic spline, at rest before the first and after the last row."""
-    path, ends = _spline(rows), rows[[0, -1], 0]
-    start = path(np.clip(0.0, *ends))
-
-    def motion(t):
-        return position + start + ramp(t, duration) * (path(np.clip(t, *ends)) - start)
-
-    return motion
-
-
-def _spline(rows):
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped")
-
-
 def overshoot(rows: Sequence) -> float:
     """By how much the spline through rows [t, x, y, z] leaves the range of their displacements, at most, as a part of
     the largest range of x, y and z."""
     rows = np.asarray(rows, dtype=float)
-    way, path = rows[:, 1:], _spline(rows)
+    way, path = rows[:, 1:], spline(rows)
     turns = path.derivative().roots(extrapolate=False)
     beyond = 0.0
     for k, times in enumerate(turns):

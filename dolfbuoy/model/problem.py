@@ -100,7 +100,7 @@ class Problem:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
-        if any(piece.section.bending_stiffness for piece in self.network.pieces):
+        if self.network.bends:
             self.newton.numbers.fast = FAST
         if self.lines and self.lines.turnable.any():
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs

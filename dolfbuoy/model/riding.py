@@ -9,6 +9,7 @@ from ..scene import Scene
 from ..scene.vessel import Riding, Vessel, turned
 from . import Array
 from .airy import AirySum, ramp, remembered
+from .splines import along_rows
 
 #: Standard deviations that the height of an end in an irregular sea may leave its mean by.
 FARTHEST = 4.0
@@ -29,7 +30,7 @@ class Rider:
         self.vessel, self._ramp, self._frequency = vessel, sea.ramp, sea.at_ground
         self._parts = operators * sea.amplitude * np.exp(-1j * theta)
         self._latest: tuple[float | None, Array] = (None, np.zeros(6))
-        self._given = _spline(vessel)
+        self._given = along_rows(vessel.motion, vessel.ramp) if vessel.motion else lambda t: np.zeros(6)
 
     def motions(self, t: float) -> Array:
         """Surge, sway, heave [m] along its own axes at rest and roll, pitch, yaw [deg] by the waves, the ramp in it."""
@@ -80,15 +81,3 @@ def _at(vessel, periods, towards):
 
 def _between(x, known, values):
     return np.interp(x, known, values.real) + 1j * np.interp(x, known, values.imag)
-
-
-def _spline(vessel):
-    """The motion that is given, t -> six numbers; 0 without one."""
-    if not vessel.motion:
-        return lambda t: np.zeros(6)
-    from scipy.interpolate import CubicSpline
-
-    rows = np.array(vessel.motion)
-    path, ends = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped"), rows[[0, -1], 0]
-    start = path(np.clip(0.0, *ends))
-    return lambda t: start + ramp(t, vessel.ramp) * (path(np.clip(t, *ends)) - start)

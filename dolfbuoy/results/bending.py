@@ -8,15 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elsewhere import MPI
-from ..scene.network import Network
 
 if TYPE_CHECKING:
     from ..model.problem import Problem
-
-
-def bends(network: Network) -> bool:
-    """True if any of its lines has a bending stiffness."""
-    return any(piece.section.bending_stiffness for piece in network.pieces)
 
 
 class Bending:

@@ -23,7 +23,7 @@ from ..solver import compat
 from ..solver.vector_ops import picked, traced
 from ..version import __version__
 from .attitude import roll_pitch_yaw
-from .bending import Bending, bends
+from .bending import Bending
 from .quantities import over
 from .record import FORMAT
 from .running import Utilisation, stressed
@@ -116,7 +116,7 @@ class Observer:
         self._lying = np.zeros((len(self.network.cables), 4))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
-        self._bending = Bending(problem) if bends(self.network) else None
+        self._bending = Bending(problem) if self.network.bends else None
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
             self._places[name] = slice(self.width, self.width + len(entries))

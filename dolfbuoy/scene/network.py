@@ -75,6 +75,11 @@ class Network:
     welds: frozenset[str] = frozenset()
 
     @cached_property
+    def bends(self) -> bool:
+        """True if any line has a bending stiffness."""
+        return any(piece.section.bending_stiffness for piece in self.pieces)
+
+    @cached_property
     def _spans(self) -> list[range]:
         """Numbers of the pieces of each cable."""
         found = [range(0)] * len(self.cables)

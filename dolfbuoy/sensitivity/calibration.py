@@ -112,12 +112,17 @@ def calibrate(
     )
     fitted = model.scene_at(found.x)
     dataset, sentences = _described(model, found, low, high, noise)
-    dataset.attrs |= {"title": base.title, "scene": fitted.to_toml()}
-    if out is not None:
-        keep(out, "calibrate", base, dataset)
-        enlist(out, [Path(out) / "calibrated.toml"], "calibrate")
-        write_text(Path(out) / "calibrated.toml", fitted.to_toml())
+    finish(dataset, base, fitted, out, "calibrate", "calibrated.toml")
     return Fit(fitted, dataset, sentences)
+
+
+def finish(dataset: "xr.Dataset", base: Scene, found: Scene, out: str | Path | None, kind: str, name: str) -> None:
+    """Add the scene that was found to the dataset; keep both, the scene as the file `name`, if there is a folder."""
+    dataset.attrs |= {"title": base.title, "scene": found.to_toml()}
+    if out is not None:
+        keep(out, kind, base, dataset)
+        enlist(out, [Path(out) / name], kind)
+        write_text(Path(out) / name, found.to_toml())
 
 
 def begin_of(

@@ -11,13 +11,12 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
-from ..results.folder import enlist, keep, make_ready
+from ..results.folder import make_ready
 from ..results.measured import window_start
 from ..results.series import OF_PART
 from ..scene import Scene, load_scene, parse_assignment
 from ..scene.quantities import number_of
-from ..writing import write_text
-from .calibration import begin_of, columns
+from .calibration import begin_of, columns, finish
 from .derivatives import of_run
 from .expressions import Dual, Expression
 from .parameters import parameters_of
@@ -109,11 +108,7 @@ def design(
     best = low + np.clip(found.x, 0, 1) * width
     fitted = search.scene_at(best)
     dataset, sentences = _described(search, best, start, low, high, found)
-    dataset.attrs |= {"title": base.title, "scene": fitted.to_toml()}
-    if out is not None:
-        keep(out, "design", base, dataset)
-        enlist(out, [Path(out) / "designed.toml"], "design")
-        write_text(Path(out) / "designed.toml", fitted.to_toml())
+    finish(dataset, base, fitted, out, "design", "designed.toml")
     return Design(fitted, dataset, sentences)
 
 

@@ -155,10 +155,6 @@ def by_bending(problem: Problem) -> None:
     march(problem, bend)
 
 
-def _bends(problem: Problem) -> bool:
-    return any(piece.section.bending_stiffness for piece in problem.network.pieces)
-
-
 def by_relaxation(problem: Problem, **motion: Any) -> None:
     """Let go from the start; then Newton, where the state is not singular, kept if it is the one that came to rest.
 
@@ -275,8 +271,8 @@ WAYS = (
     Way("newton", directly),
     Way("current", by_current, lambda problem: problem.scene.current is not None),
     MOTIONS[0],
-    Way("bending", by_bending, _bends),
-    Way("other slack law", by_the_other_law, lambda problem: not _bends(problem)),
+    Way("bending", by_bending, lambda problem: problem.network.bends),
+    Way("other slack law", by_the_other_law, lambda problem: not problem.network.bends),
     Way(
         "stiffness",
         by_stiffness,
