@@ -24,7 +24,8 @@ from ..solver.vector_ops import picked, traced
 from ..version import __version__
 from .attitude import roll_pitch_yaw
 from .bending import Bending
-from .quantities import over
+from .design import Design
+from .quantities import Absent, over
 from .record import FORMAT
 from .running import Utilisation, stressed
 
@@ -46,10 +47,6 @@ class Hull(NamedTuple):
     surface: NDArray[Any]
 
 
-class Absent(KeyError):
-    """Something that a problem does not have, so that a quantity of it is not recorded."""
-
-
 class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
@@ -57,9 +54,11 @@ class Noted(dict[str, NDArray[Any]]):
     buoy, mooring, water, joint.
     """
 
-    def __init__(self, columns: dict[str, NDArray[Any]], problem: Problem, masses: NDArray[Any]) -> None:
+    def __init__(
+        self, columns: dict[str, NDArray[Any]], problem: Problem, masses: NDArray[Any], design: Design
+    ) -> None:
         super().__init__(columns)
-        self.problem, self._masses = problem, masses
+        self.problem, self._masses, self.design = problem, masses, design
 
     def __missing__(self, source: str) -> NDArray[Any]:
         raise Absent(source)
@@ -81,6 +80,11 @@ class Noted(dict[str, NDArray[Any]]):
         if not self.problem.dynamic:
             raise Absent("motion")
         return self.buoy
+
+    @cached_property
+    def pulls(self) -> NDArray[Any]:
+        """Forces of the lines on the anchors (..., anchor, 3) [N]."""
+        return self.design.pulls(self.each("anchor_force", 3), self.each("end_tension", 3))
 
     @cached_property
     def turns(self) -> Any:
@@ -113,6 +117,7 @@ class Observer:
     def __init__(self, problem: Problem, end_forces: dict[str, NDArray[Any]] | None = None) -> None:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
+        self._design = Design(self.network)
         self._lying = np.zeros((len(self.network.cables), 4))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
@@ -184,7 +189,8 @@ class Observer:
         """Names of cables, buoys, joints, ... by the dimensions of this record other than xyz and quaternion."""
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
-        found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "joint": n.joints, "segment": stressed(n)}
+        found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
+        found |= {"joint": n.joints, "segment": stressed(n)}
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
     def values(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -227,7 +233,7 @@ class Observer:
         return self._quantities({name: rows[..., place] for name, place in self._places.items()})
 
     def _quantities(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        noted, found = Noted(columns, self.problem, self._masses), {}
+        noted, found = Noted(columns, self.problem, self._masses, self._design), {}
         for name, quantity in over("time").items():
             if quantity.read:
                 with suppress(Absent):

@@ -35,6 +35,7 @@ LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", 
 LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
 LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
+LABELED |= {"anchor": "joints that are held, or CABLE.from or CABLE.to of other ends that are"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
 #: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.
 FORMAT = 2
