@@ -11,6 +11,7 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..parallel.ranks import allreduce, bcast
+from ..scene.settings import frame_interval
 from . import checkpoint
 from .observe import Observer, attributes
 from .quantities import errors
@@ -44,7 +45,7 @@ class Recorder:
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem, simulation.latest_end_forces)
         self._extremes = Extremes(simulation.problem)
-        self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
+        self.interval = frame_interval(scene)
         self._fixed = fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
         labels = self.observer.labels()

@@ -137,7 +137,7 @@ def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, st
     """Rows of `summary` of a cable; low, high: what the ends s = 0 and s = L are called."""
     force = np.linalg.norm(record.anchor_force, axis=-1)
     rows = [
-        _range(f"tension at {high} |T_bnd|", record.tension_top, *force_unit(record.tension_top)),
+        _range(f"tension at {high}", record.tension_top, *force_unit(record.tension_top)),
         _range(f"force at {low}", force, *force_unit(force)),
     ]
     least, largest = minimum(record, "cable_tension").min(), maximum(record, "cable_tension")
