@@ -129,7 +129,7 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
     rows = []
     for i in range(min(dataset.sizes["case"], MOST_ROWS)):
         row = dataset.isel(case=i)
-        values = [f"{factor * of[i].item():.5g}" for (_, of), (_, factor) in zip(shown, units, strict=True)]
+        values = [rounded(factor * of[i].item(), 5) for (_, of), (_, factor) in zip(shown, units, strict=True)]
         rows.append([*(str(row[k].item()) for k in keys), *values, row.status.item()])
     cli.print_table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", [*names, *titles, "status"], rows)
     if dataset.sizes["case"] > MOST_ROWS:
