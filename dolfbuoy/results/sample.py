@@ -4,7 +4,7 @@ All that counts is after the ramp.  A sample is a plain dict, so that a store of
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
      "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
-     "parted": which lines have, where and when, if any have}
+     "parted": which lines have, where and when, if any have; "criteria": verdicts, if the scene has criteria}
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from ..model.airy import AirySum
 from ..scene import Scene
 from ..scene.settings import ramp_of
 from .bars import by_label
+from .criteria import kept, verdicts
 from .offsets import corners
 from .parts import names_of
 from .quantities import chosen, declared
@@ -82,6 +83,8 @@ def sample_of(
             found["series"].get(label, {}).update(bars)
     if tracks:
         found["corners"] = {name: corners(track).tolist() for name, track in tracks.items()}
+    if scene.criteria is not None:
+        found["criteria"] = kept(verdicts(record, scene, start))
     return found | {key: value for key, value in record.attrs.items() if key == "parted"}
 
 

@@ -96,6 +96,7 @@ HELD = {
     "time": {"end": 1.0, "step": 0.1},
     "accuracy": {},
     "design": {},
+    "criteria": {"largest_anchor_force": 1e4},
 }
 FLOATING = {
     "buoy": {"mass": 400.0, "inertia": [100.0, 120.0], "center_of_mass": 0.5},
