@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .labelled import Variable
 
 #: Dimensions of a record over its parts, and what stands before the name of a part in a label.
-OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint"), " of "
+OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint", "place"), " of "
 #: Units of numbers that are not in the unit of their series.
 UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s", "m0": "m2", "damage": "1"}
 #: What numbers are called where their names are no words.

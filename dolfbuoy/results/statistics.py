@@ -158,7 +158,11 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     series = [sample["series"] for sample in samples]
     data |= columns.table(series, NUMBERS, "run")
     data |= columns.table(series, BARS.values(), "run", complete=False)
-    data |= columns.table(_further(runs, fatigue), FURTHER, "run", complete=False)
+    curves: dict[str, list[str]] = {}
+    data |= columns.table(_further(runs, fatigue, curves), FURTHER, "run", complete=False)
+    if curves:
+        factors = [fatigue.factor(sample) for sample in samples]
+        data["safety_factor"] = "run", factors, unit_and_name("1", "factor that the life is divided by")
     data |= _circles(sets, columns.names.get("buoy", []))
     words = "peaks", "probability that a peak is as high or higher"
     data |= _pools(sets, "peaks", "peak", "exceedance", words)
@@ -175,7 +179,7 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
         "covered": COVERED,
     }
     attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
-    attributes["notes"] = "\n".join([*_parted(runs), *notes])
+    attributes["notes"] = "\n".join([*_parted(runs), *notes, *_about(curves)])
     return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 
 
@@ -198,8 +202,8 @@ def _labels(runs: list[Run], kept: str) -> list[str]:
 FURTHER = ("m0", "Hs", "equivalent_load", "damage")
 
 
-def _further(runs: list[Run], fatigue: Fatigue) -> list[dict[str, dict[str, float]]]:
-    """FURTHER of each run; damage with a constant only."""
+def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) -> list[dict[str, dict[str, float]]]:
+    """FURTHER of each run, damage of what has a curve; curves in words, and the series of each, are noted."""
     rows: list[dict[str, dict[str, float]]] = []
     for sample in (run.sample for run in runs):
         deviations = {label: numbers["standard_deviation"] for label, numbers in sample["series"].items()}
@@ -207,10 +211,31 @@ def _further(runs: list[Run], fatigue: Fatigue) -> list[dict[str, dict[str, floa
         row = {label: {"m0": deviation * deviation, "Hs": 4 * deviation} for label, deviation in elevations.items()}
         for label in _labels(runs, "cycles"):
             row[label] = {"equivalent_load": fatigue.equivalent_load(sample, label)}
-            if fatigue.constant:
-                row[label]["damage"] = fatigue.power_sum(sample, label) / fatigue.constant
+            if label in sample["cycles"] and (damage := fatigue.damage(sample, label)) is not None:
+                row[label]["damage"] = damage.sum
+                curves.setdefault(damage.curve, []).append(label)
         rows.append(row)
     return rows
+
+
+def _about(curves: dict[str, list[str]]) -> list[str]:
+    """A sentence about each curve of fatigue."""
+    found = []
+    for curve, every in curves.items():
+        labels = list(dict.fromkeys(every))
+        which = ", ".join(labels) if len(labels) < 4 else f"{len(labels)} series, {labels[0]} first"
+        found.append(f"Fatigue by {curve}: {which}.")
+    return found
+
+
+def _shortest(labels: list[str], lives: list[float], factor: float) -> list[str]:
+    """A sentence about the series with the shortest life."""
+    known = {label: life for label, life in zip(labels, lives, strict=True) if math.isfinite(life)}
+    if not known:
+        return []
+    where = min(known, key=known.__getitem__)
+    over = f", {known[where] / factor:.4g} years over the safety factor {factor:g}" if factor > 1 else ""
+    return [f"The shortest life is {known[where]:.4g} years, of {where}{over}."]
 
 
 def exceedance(values: NDArray[Any], counts: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -316,17 +341,20 @@ def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], 
 
 
 def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
-    """Over `series`, each of the cable or buoy `part`: damage per year, life in years, equivalent load of the whole
-    year, and the value that the largest of 3 h exceeds once in so many years on the average (nan: some sea state has
-    too few seeds).
+    """Over `series`, each of the cable or buoy `part`: damage per year, life in years (and over the safety factor of
+    the scenes, if they have one), equivalent load of the whole year, and the value that the largest of 3 h exceeds once
+    in so many years on the average (nan: some sea state has too few seeds).
 
     scatter: CSV with the keys that the sweep varies and `probability`; what is left of 1 is calm, without damage or
     load.  Raises InputError if a sea state with a probability has no run.
     """
     if not 0 < years < math.inf:
         raise InputError(f"--years {years}: must be a positive number.")
-    states, labels, reasons = list(_states(runs, scatter)), _labels(runs, "peaks"), list[str]()
-    rows = [_row(label, states, fatigue, years, reasons) for label in labels]
+    states, reasons = list(_states(runs, scatter)), list[str]()
+    labels = list(dict.fromkeys([*_labels(runs, "peaks"), *_labels(runs, "cycles")]))
+    curves: dict[str, list[str]] = {}
+    rows = [_row(label, states, fatigue, years, reasons, curves) for label in labels]
+    factor = max((fatigue.factor(run.sample) for _, mine in states for run in mine), default=1.0)
     names = {
         "damage_per_year": "Miner sum of a year",
         "life": "years until the Miner sum is 1",
@@ -334,7 +362,11 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
     }
     data = {n: ("series", [row[i] for row in rows], {"long_name": names[n]}) for i, n in enumerate(names)}
-    attributes = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
+    if factor > 1:
+        with_factor = {"long_name": f"life over the safety factor {factor:g}"}
+        data["life_with_factor"] = "series", [row[1] / factor for row in rows], with_factor
+    notes = "\n".join([*reasons[:1], *_about(curves), *_shortest(labels, data["life"][1], factor)])
+    attributes = {"years": years, "probability": sum(p for p, _ in states), "safety_factor": factor, "notes": notes}
     return xr.Dataset(data, _over_series(labels), attrs=attributes)
 
 
@@ -381,17 +413,29 @@ def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]
 
 
 def _row(
-    label: str, states: list[tuple[float, list[Run]]], fatigue: Fatigue, years: float, reasons: list[str]
+    label: str,
+    states: list[tuple[float, list[Run]]],
+    fatigue: Fatigue,
+    years: float,
+    reasons: list[str],
+    curves: dict[str, list[str]],
 ) -> tuple[float, float, float, float]:
     """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
     damage = load = largest = math.nan
     if all(label in run.sample["cycles"] for _, mine in states for run in mine):
+        lengths = [sum(run.sample["duration"] for run in mine) for _, mine in states]
         rate = sum(  # sum n S^m per second
-            p * (sum(fatigue.power_sum(run.sample, label) for run in mine) / sum(r.sample["duration"] for r in mine))
-            for p, mine in states
+            p * (sum(fatigue.power_sum(run.sample, label) for run in mine) / length)
+            for (p, mine), length in zip(states, lengths, strict=True)
         )
-        damage = rate * YEAR / fatigue.constant if fatigue.constant else math.nan
         load = (rate / fatigue.frequency) ** (1 / fatigue.exponent)
+        worn = [[fatigue.damage(run.sample, label) for run in mine] for _, mine in states]
+        known = [[one for one in some if one is not None] for some in worn]
+        if known == worn:
+            sums = (sum(one.sum for one in some) for some in known)
+            damage = YEAR * sum(p * x / t for (p, _), x, t in zip(states, sums, lengths, strict=True))
+            for one in itertools.chain.from_iterable(known):
+                curves.setdefault(one.curve, []).append(label)
     try:
         largest = _largest([(p, *gumbels(mine, label)) for p, mine in states], years)
     except InputError as error:

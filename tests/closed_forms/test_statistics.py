@@ -437,7 +437,7 @@ def test_the_command_prints_and_writes(call, tmp_path, runs):
         folders.append(tmp_path / f"run{k}")
         folders[-1].mkdir()
         run.to_netcdf(folders[-1] / "results.nc")
-    arguments = [*folders, "--out", tmp_path / "st", "--exponent", "4", "--constant", "1e18", "--from", "200"]
+    arguments = [*folders, "--out", tmp_path / "st", "--exponent", "4", "--constant", "1e18 N^4", "--from", "200"]
     code, out, err = call("statistics", *arguments)
     assert (code, err) == (0, "")
     for words in ("12 runs, 1000 s from t = 200 s on", "Miner sum per year", "Most probable maximum of 3 h", "Offsets"):

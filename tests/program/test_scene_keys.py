@@ -96,6 +96,7 @@ HELD = {
     "time": {"end": 1.0, "step": 0.1},
     "accuracy": {},
     "design": {},
+    "fatigue": {"curve": "1e15 N^3"},
 }
 FLOATING = {
     "buoy": {"mass": 400.0, "inertia": [100.0, 120.0], "center_of_mass": 0.5},
