@@ -29,14 +29,20 @@ MOST_MODES = 500
 
 
 def modes(
-    scene: "Scene | str | Path | dict", number=10, out=None, comm=MPI.COMM_WORLD, direction_deg=0.0, **overrides
+    scene: "Scene | str | Path | dict",
+    number=10,
+    out=None,
+    comm=MPI.COMM_WORLD,
+    direction_deg=0.0,
+    oscillating=False,
+    **overrides,
 ) -> "xr.Dataset":
     """Natural modes about the equilibrium in the mean current, wind and external force, the slowest first.
 
     number: of modes, a pair of conjugates once, MOST_MODES at most; fewer if there are not as many.  out: folder for
-    modes.nc.  direction_deg: of surge and roll, from x.  Returns eigenvalues, damping, names and shapes (complete on
-    rank 0).  Raises InputError for an impossible scene, or for a state with a line that is slack or kinked; SolveError
-    if the equilibrium or the modes are not found.
+    modes.nc.  direction_deg: of surge and roll, from x.  oscillating: only modes that have a period.  Returns
+    eigenvalues, damping, names and shapes (complete on rank 0).  Raises InputError for an impossible scene, or for a
+    state with a line that is slack or kinked; SolveError if the equilibrium or the modes are not found.
     """
     if not 1 <= number <= MOST_MODES:
         raise InputError(f"number = {number}: must be from 1 to {MOST_MODES}.")
@@ -44,7 +50,14 @@ def modes(
     folders.make_ready(out, "modes", scene, comm)
     found = linearise(scene, comm)
     try:
-        dataset = dataset_of_modes(found, lowest_modes(found, number, direction_deg))
+        count, chosen = number, lowest_modes(found, number, direction_deg)
+        while oscillating and len([m for m in chosen if m.kind == "oscillates"]) < number:
+            count *= 2
+            if len(chosen) < count // 2 or count > MOST_MODES:
+                break
+            chosen = lowest_modes(found, count, direction_deg)
+        modes = [mode for mode in chosen if not oscillating or mode.kind == "oscillates"][:number]
+        dataset = dataset_of_modes(found, modes)
     finally:
         found.destroy()
     if out is not None:

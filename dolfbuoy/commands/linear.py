@@ -31,6 +31,7 @@ def modes(
     assign: cli.SetOption = None,
     plot: cli.PlotOption = True,
     paraview: Annotated[bool, typer.Option("--paraview", help="Write the shapes, moving, for ParaView.")] = False,
+    oscillating: Annotated[bool, typer.Option("--oscillating", help="Only modes that have a period.")] = False,
 ) -> None:
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
     from ..linear_api import modes as find
@@ -39,11 +40,12 @@ def modes(
     from ..results.mode_record import KINDS
 
     loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
-    found = find(loaded, count, folder, direction_deg=direction)
+    found = find(loaded, count, folder, direction_deg=direction, oscillating=oscillating)
     if rank() != 0:
         return
     rows = []
-    for i in range(found.sizes["mode"]):
+    of_buoys = [name.split()[0] in ("surge", "sway", "heave", "roll", "pitch", "yaw") for name in found.name.values]
+    for i in sorted(range(found.sizes["mode"]), key=lambda i: not of_buoys[i]):
         mode = found.isel(mode=i)
         numbers = [_number_of(mode[name].item()) for name in ("period", "omega", "damping_ratio")]
         rows.append([str(i + 1), mode.name.item(), *numbers, f"{mode.residual.item():.0e}", KINDS[mode.kind.item()]])

@@ -9,6 +9,7 @@ import typer
 
 from ..errors import InputError
 from ..parallel.ranks import rank
+from ..results.tables import rounded
 from . import shared as cli
 from .app import app
 
@@ -85,7 +86,7 @@ def response(
         return
     seconds = time.monotonic() - began
     _show_response(found, folder)
-    cli.say(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.")
+    cli.say(f"{LINEAR}  {len(requested)} periods took {rounded(seconds)} s.")
     if any(end.kind == "prescribed" for piece in loaded.network.pieces for end in piece.ends):
         cli.say(HELD)
     cli.say_warnings(warnings(found))
@@ -168,7 +169,7 @@ def _verified(found: "xr.Dataset", scene: "Scene", periods: list[float], height:
             own |= {f"{n}{of_buoy}": complex_of(part[key].sel(motion=n)) for n in part.motion.values.tolist()}
         own |= {name: complex_of(part[f"{key}_tension"]) for name, part in each_tension(one)}
         run: dict[str, Any] = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
-        cli.say(f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}")
+        cli.say(f"{T:g} s against a run of {rounded(run['seconds'])} s: {_differences(compared(own, run))}")
         if run["unsettled"] > UNSETTLED:
             change = f"its amplitudes still change by up to {100 * run['unsettled']:.2g} %"
             cli.say_warnings([f"The run of {T:g} s waves has not settled, {change}: in still water little damps it."])
@@ -181,8 +182,8 @@ def _verify_in_sea(scene: "Scene", waves: "Waves") -> None:
     from ..studies.physics.response_runs import compared, measured_in_sea
 
     own, run = measured_in_sea(scene, waves)
-    words = f"a run of {run['seconds']:.2g} s in {run['time']:.4g} s of it, both in the same components"
-    cli.say(f"The sea, in {own['seconds']:.2g} s, against {words}: {_differences(compared(own, run))}")
+    words = f"a run of {rounded(run['seconds'])} s in {run['time']:.4g} s of it, both in the same components"
+    cli.say(f"The sea, in {rounded(own['seconds'])} s, against {words}: {_differences(compared(own, run))}")
 
 
 def _differences(found: dict[str, float]) -> str:

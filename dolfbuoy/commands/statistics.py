@@ -169,7 +169,10 @@ def _unit(mine: "xr.Dataset", name: str) -> tuple[str, float]:
 
 
 def _numbers(series: list[Series], title: str) -> Shown:
-    """Means over the runs, extremes of all."""
+    """Means over the runs, extremes of all, and the highest level of any that was exceeded for LASTING seconds."""
+    from ..results.sample import LASTS
+    from ..results.series import LASTING
+
     rows = []
     for label, name, mine in series:
         unit, factor = _unit(mine, name)
@@ -179,10 +182,12 @@ def _numbers(series: list[Series], title: str) -> Shown:
         skewness, period = (float(mine[f"{name}_{part}"].mean()) for part in ("skewness", "period"))
         has_peaks = f"{name}_peak" in mine
         peaks = f"{int((mine[f'{name}_peak_set'].values == int(mine.set)).sum()):g}" if has_peaks else ""
-        row = [f"{mean:.4g}", f"{deviation:.4g}", f"{skewness:.2f}", f"{low:.4g}", f"{high:.4g}", f"{period:.4g}"]
+        row = [f"{mean:.4g}", f"{deviation:.4g}", f"{skewness:.2f}", f"{low:.4g}", f"{high:.4g}"]
+        lasting = mine[f"{name}_{LASTS}"].values.max() if f"{name}_{LASTS}" in mine else np.nan
+        row += [f"{factor * lasting:.4g}" if np.isfinite(lasting) else "", f"{period:.4g}"]
         rows.append([label.replace("_", " "), unit, *row, peaks])
-    names = ["series", "unit", "mean", "deviation", "skewness", "minimum", "maximum", "period [s]", "peaks"]
-    return title, names, rows
+    names = ["series", "unit", "mean", "deviation", "skewness", "minimum", "maximum", f"for {LASTING:g} s"]
+    return title, [*names, "period [s]", "peaks"], rows
 
 
 def _sea(series: list[Series]) -> Shown:

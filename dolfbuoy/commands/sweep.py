@@ -9,7 +9,7 @@ import typer
 from ..errors import InputError
 from ..parallel import interruption, ranks
 from ..parallel.ranks import rank
-from ..results.tables import unit_of
+from ..results.tables import rounded, unit_of
 from . import shared as cli
 from .app import app
 
@@ -144,7 +144,7 @@ def _show_status(found: dict[str, Any], folder: Path, part: Any) -> None:
     """Print numbers of cases, what failed, and how long the rest takes."""
     left = found["missing"] * found["seconds"] / 3600
     begun = f"{found['begun']} of the sweep have begun; " if found["begun"] else ""
-    rest = f"about {left:.2g} h of one core" if found["done"] and found["missing"] else ""
+    rest = f"about {rounded(left)} h of one core" if found["done"] and found["missing"] else ""
     remarks = {"cases": "", "done": f"{found['seconds']:.3g} s each" if found["done"] else ""}
     remarks |= {"failed": "run again with --retry failed" if found["failed"] else "", "missing": f"{begun}{rest}"}
     rows = [("all" if name == "cases" else name, str(found[name]), remark) for name, remark in remarks.items()]

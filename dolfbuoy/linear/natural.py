@@ -29,7 +29,7 @@ ROUNDING = 1e-7
 class Mode:
     """x exp(lambda t): `root` is lambda [1/s], `vector` x among all unknowns, the largest displacement 1 m or 1 rad.
 
-    kind: "oscillates", "creeps" (overdamped: lambda < 0), "drifts" (0: nothing holds it), "leaves" (lambda > 0) or
+    kind: "oscillates", "overdamped" (lambda < 0), "drifts" (0: nothing holds it), "leaves" (lambda > 0) or
     "grows".  residual: backward error of the pair.  shares: of the kinetic energy, by what moves.
     """
 
@@ -100,7 +100,7 @@ def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) 
     vector = moving.sized(vector)
     shares = moving.shares(vector)
     if root.imag == 0:
-        kind = "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
+        kind = "drifts" if root == 0 else "overdamped" if root.real < 0 else "leaves"
     else:
         kind = "grows" if root.real > ROUNDING * abs(root) else "oscillates"
     return Mode(root, vector, float(residual), kind, shares, named(shares, moving.half_waves(vector)))

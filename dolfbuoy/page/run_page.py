@@ -20,6 +20,7 @@ from ..results.summary import remaining_amplitude, summary, warnings
 from ..results.tables import unit_of
 from ..results.trajectories import pushes
 from ..scene import load_scene
+from ..scene.inputs import inputs_of
 from ..scene.sections import SCHEMES
 from ..scene.settings import period_of
 from . import html
@@ -51,8 +52,9 @@ def run_page(
     matters = html.table(("quantity", "value", "unit"), summary(record, scene))
     return html.page(
         scene.title or "Run",
-        [*([f"case {case}"] if case else []), record.attrs.get("effects", ""), f"{steps}; {made}"],
+        [*([f"case {case}"] if case else []), f"{steps}; {made}"],
         html.warnings(list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))),
+        inputs(scene, record.attrs.get("effects", "")),
         _keys(found["moments"]),
         fragment("stage", note="" if found["kept"] == found["every"] else thinned),
         fragment("series"),
@@ -67,6 +69,17 @@ def run_page(
         data=found,
         script="run",
     )
+
+
+def inputs(scene: Scene, effects: str) -> Markup:
+    """The section: values of the scene that differ from their defaults, and the effects that were compiled in."""
+    rows = inputs_of(scene)
+    folded = tag(
+        "details",
+        tag("summary", f"{len(rows)} values that differ from their defaults"),
+        table(("section", "what", "value", "unit"), rows),
+    )
+    return section("inputs", "Inputs", folded, paragraphs([f"Effects: {effects}"] if effects else []))
 
 
 def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:

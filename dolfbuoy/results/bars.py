@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: Numbers of an output, and their names before that of the series.
 NUMBERS = {"max": "largest", "min": "smallest", "mean": "mean", "std": "standard deviation of"}
+#: Dimensions over the parts that outputs are of.
+PARTS = ("cable", "buoy", "segment", "anchor")
 #: Outputs that a summary shows; a page shows all.
 SHOWN = ("tension_top.max", "tension_anchor.max", "anchor.max", "cone_angle.max")
 
@@ -46,7 +48,7 @@ def rows_of(record: xr.Dataset) -> list[Row]:
     for part, output, value, bar, unit, verdict, *more in zip(
         *(record[c].values.tolist() for c in (*columns, *apart)), strict=True
     ):
-        kind = next((k for k in ("cable", "buoy", "segment") if k in record.dims and part in record[k].values), None)
+        kind = next((k for k in PARTS if k in record.dims and part in record[k].values), None)
         alone = kind is None or record.sizes[kind] == 1
         series, _, number = output.rpartition(".")
         unit, factor = unit_of(value, unit.replace("degree", "deg"))

@@ -19,7 +19,7 @@ SHOWN, TURNED = 0.12, 0.25
 #: Words for a mode of each kind, where a period would stand.
 KINDS = {
     "oscillates": "",
-    "creeps": "overdamped: creeps back",
+    "overdamped": "overdamped",
     "drifts": "nothing holds it",
     "leaves": "unstable: leaves",
     "grows": "unstable: grows",
@@ -31,7 +31,7 @@ UNITS = {
     "damping_ratio": ("1", "-Re(lambda)/|lambda|"),
     "residual": ("1", "backward error of the eigenpair"),
     "name": ("", "what moves, by its share of the kinetic energy"),
-    "kind": ("", "oscillates, creeps (overdamped), drifts (lambda = 0), leaves or grows (unstable)"),
+    "kind": ("", "oscillates, overdamped, drifts (lambda = 0), leaves or grows (unstable)"),
     "cable_position": ("m", "displacement of the cable's nodes, in order from the anchor"),
     "cable_tension": ("N", "change of the mean tension of each element, in order from the anchor"),
     "buoy_position": ("m", "displacement of the buoy's centre of mass"),

@@ -24,8 +24,9 @@ from ..solver.vector_ops import picked, traced
 from ..version import __version__
 from .attitude import roll_pitch_yaw
 from .bending import Bending
+from .design import Design
 from .places import Place
-from .quantities import over
+from .quantities import Absent, over
 from .record import FORMAT
 from .running import Utilisation, stressed
 
@@ -47,10 +48,6 @@ class Hull(NamedTuple):
     surface: NDArray[Any]
 
 
-class Absent(KeyError):
-    """Something that a problem does not have, so that a quantity of it is not recorded."""
-
-
 class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
@@ -58,9 +55,11 @@ class Noted(dict[str, NDArray[Any]]):
     buoy, mooring, water, joint, place_tension.
     """
 
-    def __init__(self, columns: dict[str, NDArray[Any]], problem: Problem, masses: NDArray[Any]) -> None:
+    def __init__(
+        self, columns: dict[str, NDArray[Any]], problem: Problem, masses: NDArray[Any], design: Design
+    ) -> None:
         super().__init__(columns)
-        self.problem, self._masses = problem, masses
+        self.problem, self._masses, self.design = problem, masses, design
 
     def __missing__(self, source: str) -> NDArray[Any]:
         raise Absent(source)
@@ -82,6 +81,11 @@ class Noted(dict[str, NDArray[Any]]):
         if not self.problem.dynamic:
             raise Absent("motion")
         return self.buoy
+
+    @cached_property
+    def pulls(self) -> NDArray[Any]:
+        """Forces of the lines on the anchors (..., anchor, 3) [N]."""
+        return self.design.pulls(self.each("anchor_force", 3), self.each("end_tension", 3))
 
     @cached_property
     def turns(self) -> Any:
@@ -117,6 +121,7 @@ class Observer:
     ) -> None:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
+        self._design = Design(self.network)
         self._lying = np.zeros((len(self.network.cables), 4))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
@@ -206,7 +211,8 @@ class Observer:
         """Names of cables, buoys, joints, ... by the dimensions of this record other than xyz and quaternion."""
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
-        found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "joint": n.joints, "segment": stressed(n)}
+        found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
+        found |= {"joint": n.joints, "segment": stressed(n)}
         found["place"] = [place.name for place in self.places]
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
@@ -250,7 +256,7 @@ class Observer:
         return self._quantities({name: rows[..., place] for name, place in self._places.items()})
 
     def _quantities(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        noted, found = Noted(columns, self.problem, self._masses), {}
+        noted, found = Noted(columns, self.problem, self._masses, self._design), {}
         for name, quantity in over("time").items():
             if quantity.read:
                 with suppress(Absent):

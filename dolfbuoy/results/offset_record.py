@@ -69,6 +69,7 @@ class Rows:
         displaced = values.get("displaced_mass") if scene.sea is not None else None
         buoys = () if displaced is None else zip(displaced, scene.network.buoys.values(), strict=True)
         under = any(is_under(mass, scene, buoy) for mass, buoy in buoys)
+        values = {name: value for name, value in values.items() if name not in LOADED}
         return values | {"smallest_tension": smallest, "slack": slack, "under": under}
 
     def dataset(self, at_rest: NDArray[Any] | None) -> xr.Dataset:

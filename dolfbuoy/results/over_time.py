@@ -28,8 +28,8 @@ def tension(record: xr.Dataset, scene: Scene) -> Figure:
     unit, factor = force_unit([record.tension_top, record.tension_anchor])
     errors = [_error(record, name, factor) for name in ("tension_top", "tension_anchor")]
     curves = [
-        (factor * record.tension_top.values, "-", COLORS["blue"], r"$|\mathbf{T}_{bnd}|$, upper end", errors[0]),
-        (factor * record.tension_anchor.values, "--", COLORS["red"], r"$T_h(0)$, anchor", errors[1]),
+        (factor * record.tension_top.values, "-", COLORS["blue"], "upper end", errors[0]),
+        (factor * record.tension_anchor.values, "--", COLORS["red"], "anchor", errors[1]),
     ]
     return _over_time(record, scene, [(f"tension [{unit}]", curves)])
 

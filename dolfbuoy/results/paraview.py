@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
+from ..scene.settings import LEAST_FRAMES, frame_interval
 from ..writing import made, replacing
 from . import quantities
 from .checkpoint import read_scene
@@ -126,9 +127,7 @@ def instants(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
     if "frame" in record:
         return np.asarray(record.frame.values)
     times = record.time.values
-    interval = times[-1] / 200
-    if scene.time is not None and scene.time.output_every:
-        interval = scene.time.output_every
+    interval = frame_interval(scene) if scene.time is not None else times[-1] / LEAST_FRAMES
     if interval <= 0:
         return np.asarray(times)
     number = np.floor((times - times[0]) / interval * (1 + 1e-9) + 1e-6)

@@ -11,8 +11,8 @@ from .quantities import QUANTITIES
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Dimensions of what belongs to a cable, and of what belongs to a buoy.
-OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}}
+#: Dimensions of what belongs to a cable, to a buoy, and to an anchor.
+OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
 #: Dimensions of which a part of a record has its own, or none.
 _SHARED = {"attachment", "joint"}.union(*OWN.values())
 
@@ -60,5 +60,5 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
 def alone(record: "xr.Dataset") -> "xr.Dataset":
     """A record without the dimensions cable, buoy, attachment and segment where there is one: for interactive use."""
     return record.squeeze(
-        [d for d in ("cable", "buoy", "attachment", "segment") if record.sizes.get(d) == 1], drop=True
+        [d for d in ("cable", "buoy", "attachment", "anchor", "segment") if record.sizes.get(d) == 1], drop=True
     )

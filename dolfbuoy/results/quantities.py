@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 EVERYWHERE = ("statistics", "statistics figure", "sweep", "sweep figure", "sweep page")
 
 
+class Absent(KeyError):
+    """Something that a problem does not have, so that a quantity of it is not recorded."""
+
+
 class Curve(NamedTuple):
     """A curve on the page of a run: title of its panel, own name, and the component of a vector that it shows."""
 
@@ -111,6 +115,7 @@ _cable_vector = _of("cable xyz")
 _cable = _of("cable")
 _buoy_vector = _of("buoy xyz")
 _buoy = _of("buoy")
+_anchor = _of("anchor")
 _end_vector = _of("attachment xyz")
 _frame_nodes = _of("node xyz", "frame")
 _run_nodes = _of("node xyz", "run")
@@ -132,18 +137,18 @@ _ALL: tuple[Quantity, ...] = (
     _cable_vector(
         "end_tension",
         "N",
-        "force that holds the upper end of the cable, T_bnd",
+        "force that holds the upper end of the cable",
         read=lambda n: n.each("end_tension", 3),
-        at_ends="force that holds it at {high}, T_bnd",
+        at_ends="force that holds it at {high}",
     ),
     _cable(
         "tension_top",
         "N",
-        "tension at the upper end of the cable, |T_bnd|",
+        "tension at the upper end of the cable",
         read=lambda n: attitude.length(n.each("end_tension", 3)),
         main=True,
         curves=(Curve("tension", "upper end"),),
-        at_ends="tension at {high}, |T_bnd|",
+        at_ends="tension at {high}",
         compared="top tension",
         peaks="",
         cycles="",
@@ -151,11 +156,11 @@ _ALL: tuple[Quantity, ...] = (
     _cable(
         "tension_anchor",
         "N",
-        "tension at the anchor, T_h(0)",
+        "tension at the anchor",
         read=lambda n: n["tension_anchor"],
         main=True,
         curves=(Curve("tension", "lower end"),),
-        at_ends="tension at {low}, T_h(0)",
+        at_ends="tension at {low}",
         compared="anchor tension",
         peaks="",
         cycles="",
@@ -165,6 +170,7 @@ _ALL: tuple[Quantity, ...] = (
         "m",
         "unstretched length of the cable on the sea bed",
         read=lambda n: n.each("bed", 4)[..., 0],
+        shown={"statistics": ""},
         curves=(Curve("length on the bed", "on the bed"),),
         summary="length on the sea bed",
     ),
@@ -176,13 +182,35 @@ _ALL: tuple[Quantity, ...] = (
         summary="x of the touchdown",
         component="x",
     ),
+    _anchor(
+        "anchor_uplift",
+        "N",
+        "upward part of the force on the anchor",
+        read=lambda n: n.pulls[..., 2],
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        summary="uplift at the anchor",
+        peaks="",
+    ),
+    _anchor(
+        "anchor_horizontal",
+        "N",
+        "horizontal part of the force on the anchor",
+        read=lambda n: np.hypot(n.pulls[..., 0], n.pulls[..., 1]),
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        summary="horizontal force on the anchor",
+        peaks="",
+    ),
     Quantity(
         "utilisation",
         ("segment",),
         "1",
         "largest tension over the breaking load",
         read=lambda n: n["utilisation"],
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
         outputs=True,
+    ),
+    _of("cable", "sample")(
+        "smallest_tension", "N", "smallest tension of the cable's elements in any step", shown={"statistics": ""}
     ),
     _cable(
         "anchor_moment",
@@ -239,14 +267,24 @@ _ALL: tuple[Quantity, ...] = (
         compared="buoy position",
         peaks="z",
     ),
-    Quantity(
+    _buoy(
         "offset",
-        ("buoy",),
         "m",
-        "horizontal distance of C from the anchor",
-        over="sample",
-        shown={"statistics": ""},
+        "horizontal distance of C from the anchor, or the middle of its anchors",
+        read=lambda n: n.design.offset(n.buoy.position),
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        curves=(Curve("offset", "of C"),),
+        summary="offset of C from the anchor",
         peaks="",
+    ),
+    _buoy(
+        "freeboard",
+        "m",
+        "height of the lowest point of the hull's upper rim above the water at C",
+        read=lambda n: n.design.freeboard(n.buoy, n.hull.surface),
+        shown={"statistics": ""},
+        curves=(Curve("freeboard", "lowest of the rim"),),
+        summary="freeboard",
     ),
     Quantity(
         "buoy_orientation",

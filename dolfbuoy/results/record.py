@@ -37,6 +37,7 @@ LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2,
 LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
 LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
 LABELED |= {"place": "places of [fatigue], CABLE at WHERE or CABLE.NUMBER at WHERE"}
+LABELED |= {"anchor": "joints that are held, or CABLE.from or CABLE.to of other ends that are"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
 #: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.
 FORMAT = 2

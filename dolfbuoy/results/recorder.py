@@ -12,6 +12,7 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..parallel.ranks import allreduce, bcast
+from ..scene.settings import frame_interval
 from . import checkpoint
 from .observe import Observer, attributes
 from .places import Place, places_of
@@ -47,7 +48,7 @@ class Recorder:
         places = self._places(point)
         self.observer = Observer(simulation.problem, simulation.latest_end_forces, places)
         self._extremes = Extremes(simulation.problem)
-        self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
+        self.interval = frame_interval(scene)
         self._fixed = fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
         labels = self.observer.labels()

@@ -29,7 +29,7 @@ from .bars import by_label
 from .offsets import corners
 from .parts import names_of
 from .places import piece_of
-from .quantities import chosen
+from .quantities import chosen, declared
 from .series import OF_PART, Series, place_of, series_of
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 #: Numbers of every recorded quantity over the whole run, and of every series after the ramp.
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
-#: The elevation at a point that stays where it is, and the horizontal distance of C from the anchor, as series.
-FIXED_POINT, OFFSET = "fixed_point_elevation", "offset"
+#: The elevation at a point that stays where it is, and the smallest tension of a cable, as series; a number of forces.
+FIXED_POINT, SMALLEST, LASTS = "fixed_point_elevation", "smallest_tension", "lasting_maximum"
 
 
 def numbers_of(record: xr.Dataset) -> dict[str, dict[str, float]]:
@@ -68,17 +68,17 @@ def sample_of(
             "least two instants; compute a longer run, or give an earlier --from."
         )
     tracks, network = _tracks(late), scene.network
-    end = network.pieces[0].ends[0] if len(network.cables) == 1 else None
-    anchor = end.position[:2] if end and end.position and end.kind == "fixed" else None
     if point is None:
-        point = next((track[0] for track in _tracks(record).values()), anchor or (0.0, 0.0))
-    every = [*series_of(late), *_added(late, scene, tracks, anchor, point)]
+        place = network.pieces[0].ends[0].position if network.pieces else None
+        point = next((track[0] for track in _tracks(record).values()), (place or (0.0, 0.0))[:2])
+    every = [*series_of(late), *_added(late, scene, point)]
     peaked, cycled = chosen("peaks"), chosen("cycles")
     by_chance = scene.waves is not None and scene.waves.spectrum is not None  # only then there is a memory
+    numbers = NUMBERS if by_chance else NUMBERS[:-1]
     found: dict[str, Any] = {
         "start": float(late.time[0]),
         "duration": float(late.time[-1] - late.time[0]),
-        "series": {s.label: s.numbers(NUMBERS if by_chance else NUMBERS[:-1]) for s in every},
+        "series": {s.label: s.numbers(numbers + ((LASTS,) if _pulls(s.label) else ())) for s in every},
         "peaks": {s.label: _listed(s.peaks(), bins) for s in every if place_of(s.label).name in peaked},
         "cycles": {s.label: _listed(s.ranges(), bins) for s in every if place_of(s.label).name in cycled},
     }
@@ -113,6 +113,12 @@ def _strength(label: str, scene: Scene) -> dict[str, Any]:
     return {key: value for key, value in found.items() if value is not None}
 
 
+def _pulls(label: str) -> bool:
+    """True for a force whose peaks are kept."""
+    name = place_of(label).name
+    return name in chosen("peaks") and declared(name).unit == "N"
+
+
 def binned(values: NDArray[Any], counts: NDArray[Any], bins: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Values and counts in so many bins of equal width at most, each with its mean value; as they are if few enough.
 
@@ -133,21 +139,17 @@ def _listed(pair: tuple[NDArray[Any], NDArray[Any]], bins: int | None) -> list[l
     return [[float(f"{x:.7g}") for x in column] for column in binned(*pair, bins)]
 
 
-def _added(
-    late: xr.Dataset,
-    scene: Scene,
-    tracks: dict[str, NDArray[Any]],
-    anchor: Sequence[float] | None,
-    point: Sequence[float],
-) -> Iterator[Series]:
-    """Series that a record does not have."""
+def _added(late: xr.Dataset, scene: Scene, point: Sequence[float]) -> Iterator[Series]:
+    """Series that a record does not have; the smallest tension is one number."""
     t = late.time.values
+    every = "cable_tension_minimum"
+    least = f"{every}_after_ramp" if f"{every}_after_ramp" in late else every
+    for number, name in enumerate(names_of(late, "cable")) if least in late else ():
+        smallest = late[least].values[late.cable_of_cell.values == number].min()
+        yield Series(f"{SMALLEST}{OF_PART}{name}", t[[0, -1]], np.full(2, smallest), abs(smallest))
     if scene.waves:
         eta = AirySum.of(scene).over_time(t, np.asarray(point))
         yield Series(FIXED_POINT, t, eta, 1e-9 * np.abs(eta).max())
-    for name, track in tracks.items() if anchor is not None else ():
-        noise = 1e-9 * np.abs(late.buoy_position.values).max()
-        yield Series(f"{OFFSET}{OF_PART}{name}", t, np.linalg.norm(track - np.array(anchor), axis=-1), noise)
 
 
 def _tracks(record: xr.Dataset) -> dict[str, NDArray[Any]]:

@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 
     from .labelled import Variable
 
+#: Seconds for which a level has to be exceeded to count as lasting.
+LASTING = 1.0
 #: Dimensions of a record over its parts, and what stands before the name of a part in a label.
-OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint", "place"), " of "
+OF, OF_PART = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place"), " of "
 #: Units of numbers that are not in the unit of their series.
 UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s", "m0": "m2", "damage": "1"}
 #: What numbers are called where their names are no words.
@@ -36,6 +38,7 @@ WORDS = {
     "Hs": "significant height 4 sqrt(m0)",
     "equivalent_load": "damage-equivalent range",
     "damage": "Miner sum of the run",
+    "lasting_maximum": f"exceeded for {LASTING:g} s",
 }
 
 
@@ -76,6 +79,28 @@ class Series:
     @property
     def maximum(self) -> float:
         return float(self.x.max())
+
+    @property
+    def lasting_maximum(self) -> float:
+        """Highest level above which it stays for LASTING seconds; nan of a shorter series.
+
+        Linear between the instants; by bisection, to 1e-7 of the range.
+        """
+        if self.t[-1] - self.t[0] < LASTING:
+            return math.nan
+        low, high = self.minimum, self.maximum
+        for _ in range(24):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._longest_above(middle) >= LASTING else (low, middle)
+        return low
+
+    def _longest_above(self, level: float) -> float:
+        """Longest time for which it is above a level [s]."""
+        t, above = self.t, self.x - level
+        turns = np.flatnonzero(np.diff(above >= 0))
+        instants = t[turns] - above[turns] * (t[turns + 1] - t[turns]) / (above[turns + 1] - above[turns])
+        edges = np.concatenate([t[:1] if above[0] >= 0 else [], instants, t[-1:] if above[-1] >= 0 else []])
+        return float(np.max(edges[1::2] - edges[::2], initial=0.0))
 
     @property
     def period(self) -> float:

@@ -29,7 +29,7 @@ from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
 from .quantities import declared
 from .record import fitting, read
-from .sample import NUMBERS, OFFSET, STATISTICS, Fatigue, pair_of, sample_of
+from .sample import LASTS, NUMBERS, STATISTICS, Fatigue, pair_of, sample_of
 from .series import OF_PART, Columns, described, place_of
 
 #: Seconds of a year of 365.25 days, and years of the largest value, by default.
@@ -157,6 +157,7 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     }
     series = [sample["series"] for sample in samples]
     data |= columns.table(series, NUMBERS, "run")
+    data |= columns.table(series, [LASTS], "run", complete=False)
     data |= columns.table(series, BARS.values(), "run", complete=False)
     curves: dict[str, list[str]] = {}
     data |= columns.table(_further(runs, fatigue, curves), FURTHER, "run", complete=False)
@@ -279,7 +280,7 @@ def _circles(sets: list[list[Run]], buoys: list[str]) -> dict[str, Any]:
     circles = np.full((4, len(sets), len(buoys)), np.nan)
     for (k, buoy), points in tracks.items():
         centre, radius = smallest_circle(points)
-        farthest = (run.sample["series"].get(f"{OFFSET}{OF_PART}{buoy}", {}) for run in sets[k])
+        farthest = (run.sample["series"].get(f"offset{OF_PART}{buoy}", {}) for run in sets[k])
         watch = max(numbers.get("maximum", np.nan) for numbers in farthest)
         circles[:, k, buoys.index(buoy)] = *centre, radius, watch
     text = "the smallest circle that holds the tracks of C"

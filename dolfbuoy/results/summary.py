@@ -18,6 +18,7 @@ from .cautions import states_of
 from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
 from .running import maximum, minimum, never_parted, rows_of, warnings_of
+from .series import LASTING, Series
 from .tables import force_unit, unit_of
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     network, lines = scene.network, parts_of(record, "cable")
     rows = [row for k, part in enumerate(lines) for row in _named(part, _of_line(part.record, *_ends(network, k)))]
+    for part in parts_of(record, "anchor"):
+        rows += _named(part, _declared(part.record, "anchor"))
     for part in parts_of(record, "buoy"):
         z = part.record.buoy_position.sel(xyz="z")
         places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
@@ -92,7 +95,7 @@ def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
 
 
 #: Dimensions of the numbers and vectors of an equilibrium that are shown, in the order of the table; "": of the whole.
-_OF = ("cable", "buoy", "attachment", "")
+_OF = ("cable", "anchor", "buoy", "attachment", "")
 
 
 def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
@@ -132,15 +135,17 @@ def _range(name: str, values: ArrayLike, unit: str, scale: float = 1.0) -> tuple
 
 def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, str]]:
     """Rows of `summary` of a cable; low, high: what the ends s = 0 and s = L are called."""
-    force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
+    force = np.linalg.norm(record.anchor_force, axis=-1)
     rows = [
-        _range(f"tension at {high} |T_bnd|", record.tension_top, *force_unit(record.tension_top)),
+        _range(f"tension at {high}", record.tension_top, *force_unit(record.tension_top)),
         _range(f"force at {low}", force, *force_unit(force)),
-        _range(f"uplift at {low}", uplift, *force_unit(force)),
     ]
     least, largest = minimum(record, "cable_tension").min(), maximum(record, "cable_tension")
     least = 0.0 if -ROUNDING * largest.max() < least < 0 else least
     rows.append(_range("tension of its elements", [least, largest.max()], *force_unit([least, largest.max()])))
+    if not math.isnan(lasting := Series("", record.time.values, record.tension_top.values).lasting_maximum):
+        unit, factor = force_unit(record.tension_top)
+        rows.insert(1, (f"exceeded there for {LASTING:g} s", f"{factor * lasting:.4g}", unit))
     rows.append(("s of the largest", f"{float(record.s_cell[largest.argmax()]):.4g}", "m"))
     return rows + _declared(record, "cable")
 

@@ -36,6 +36,11 @@ class Plain(Table):
         super().add_row(*map(escape, cells), **how)
 
 
+def rounded(x: float, digits: int = 2) -> str:
+    """A number with so many digits that count, without an exponent below a million: 120, not 1.2e+02."""
+    return f"{float(f'{x:.{digits}g}'):g}"
+
+
 def table(title: str, headings: Iterable[str], right: Iterable[str] | None = None) -> Table:
     """An empty table; the columns of these headings are aligned to the right, by default all."""
     shown = Plain(title=escape(title), title_justify="left", show_edge=False, pad_edge=False)

@@ -123,6 +123,15 @@ class Network:
                     found.setdefault(end.name, []).append((k, i))
         return found
 
+    def parts(self) -> dict[str | int, set[str | int]]:
+        """Number of a cable, or name of a joint or a buoy -> all of those that hang together with it."""
+        found: dict[str | int, set[str | int]] = {name: {name} for name in [*self.joints, *self.buoys]}
+        for piece in self.pieces:
+            names: set[str | int] = {piece.cable, *(end.name for end in piece.ends if end.name is not None)}
+            joined = set().union(names, *(found.get(name, set()) for name in names))
+            found |= dict.fromkeys(joined, joined)
+        return found
+
     def key_of(self, cable: int) -> str:
         """Key of the table of a cable: "cable" of the only one, else "cable.NAME"."""
         return _key_of("cable", self.cables, self.cables[cable])
@@ -404,17 +413,11 @@ def _check_parting(network: Network) -> None:
 
 def _check_held(network: Network) -> None:
     """Every part needs an end that is held."""
-    parts: dict[str | int, set[str | int]] = {name: {name} for name in [*network.joints, *network.buoys]}
+    parts = network.parts()
     held: set[str | int] = {name for name, top in network.joints.items() if top is not None}
-    for number, piece in enumerate(network.pieces):
-        names: set[str | int] = {number, *(end.name for end in piece.ends if end.name is not None)}
-        held |= {number} if any(end.held for end in piece.ends) else set()
-        joined = set().union(names, *(parts.get(name, set()) for name in names))
-        for name in joined:
-            parts[name] = joined
-    for number, piece in enumerate(network.pieces):
+    held |= {piece.cable for piece in network.pieces if any(end.held for end in piece.ends)}
+    for number, name in enumerate(network.cables):
         if not parts[number] & held:
-            name = network.cables[piece.cable]
             raise Wrong("cable.name", name, "hangs on nothing that is held: some end must have a place [x, y, z]")
     for name in network.buoys:
         if network.pieces and not parts[name] & held:

@@ -157,6 +157,19 @@ def ramp_of(scene: Scene) -> float:
     return max((top.ramp for top in _moved(scene)), default=0.0)
 
 
+#: Shapes in a period of what drives a scene, that a replay shows it; in any run at least so many, and at most.
+FRAMES_OF_A_PERIOD, LEAST_FRAMES, MOST_FRAMES = 24, 200, 1200
+
+
+def frame_interval(scene: Scene) -> float:
+    """Time between two recorded shapes of the cables [s]: `time.output_every`, or what a replay needs."""
+    time = check_time(scene)
+    if time.output_every:
+        return time.output_every
+    dense = (period_of(scene) or math.inf) / FRAMES_OF_A_PERIOD
+    return max(min(time.end / LEAST_FRAMES, max(dense, time.end / MOST_FRAMES)), time.step)
+
+
 def _moved(scene: Scene) -> list[Top]:
     """Ends of lines that are moved or pulled."""
     return [end.top for piece in scene.network.pieces for end in piece.ends if end.top and end.kind != "fixed"]
@@ -177,7 +190,7 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
     time, period = check_time(scene), period_of(scene)
     if end is None:
         end = min(time.end, ramp_of(scene) + periods * period if period else time.end / 2)
-    kept = {"time.output_every": time.output_every or time.end / 200 or None}
+    kept: dict[str, Any] = {"time.output_every": frame_interval(scene)}
     kept |= {"time.max_step": largest_step(scene)} if time.tolerance is not None else {}
     return load_scene(scene, **{"time.end": end}, **kept)
 

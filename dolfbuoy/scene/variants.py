@@ -70,10 +70,13 @@ def _range(text: str, parts: list[str]) -> list[Any]:
     return [int(v) for v in values] if all(part.strip().lstrip("+-").isdigit() for part in parts) else values
 
 
-def cases_of(vary: list[str], table: Path | None) -> list[dict[str, Any]]:
-    """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys."""
+def cases_of(vary: list[str], table: Path | None, seeds: int | None = None) -> list[dict[str, Any]]:
+    """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys; with seeds
+    these may be all that differs."""
+    if not vary and table is None and seeds is not None:
+        return [{}]
     if (table is None) == (not vary):
-        raise InputError("--vary: must be given once or more, or --table.")
+        raise InputError("--vary: must be given once or more, or --table, or --seeds.")
     if table is not None:
         return _rows(table)
     keys, values = zip(*map(parse_vary, vary), strict=True)

@@ -97,7 +97,7 @@ def plan(
     seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`; source: see `Plan`.
     """
     base = load_scene(scene)
-    changes = cases_of(vary, table) if latin is None else latin_hypercube(vary, table, latin)
+    changes = cases_of(vary, table, seeds) if latin is None else latin_hypercube(vary, table, latin)
     changes = changes if seeds is None else with_seeds(changes, seeds)
     for name in dict.fromkeys(name for change in changes for name in change):
         check_known(base, name)

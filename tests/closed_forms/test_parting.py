@@ -10,6 +10,7 @@ import pytest
 from alone import simulate
 from dynamics_helpers import running
 
+import dolfbuoy
 from dolfbuoy import load_scene, statistics
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies.sweep import sweep
@@ -113,11 +114,11 @@ def test_a_run_goes_on_from_its_state():
 def test_statistics_say_that_a_line_parted(tmp_path):
     """Where and when, of a record as of a case of a sweep; nothing of lines that hold."""
     scene = chain({"time": 0.2, "at": 0.0})
-    record = simulate(scene)
+    record = dolfbuoy.simulate(scene)
     assert record.attrs["parted"] == "cable at s = 0.25 m, t = 0.2 s"
     said = f"Lines parted, run 0: {record.attrs['parted']}; numbers mix what was before and after"
     assert statistics(record).attrs["notes"].startswith(said)
-    assert "parted" not in statistics(simulate(chain({"tension": 1e9}))).attrs["notes"]
+    assert "parted" not in statistics(dolfbuoy.simulate(chain({"tension": 1e9}))).attrs["notes"]
     sweep(scene, ["cable.fails_at.time=0.2,9"], None, tmp_path)
     assert "Lines parted, in 1 of 2 runs, cable.fails_at.time = 0.2: " in statistics(tmp_path).attrs["notes"]
 

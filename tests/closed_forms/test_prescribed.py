@@ -58,6 +58,13 @@ def test_between_and_beyond_the_rows(t):
     np.testing.assert_allclose(top_position(top, t), expected, atol=1e-8)
 
 
+def test_rows_begin_and_end_at_rest():
+    """Also where the rows themselves would go on."""
+    top = Top(kind="prescribed", position=POSITION, motion=[[0, 0, 0, 0], [1, 1, 0, 0], [2, 3, 0, 0]])
+    for t in (1e-4, 2 - 1e-4):
+        assert abs(top_position(top, t)[0] - top_position(top, round(t))[0]) < 1e-6
+
+
 def test_rows_from_a_file_beside_the_scene(tmp_path):
     """The scene keeps them; a stranger's scene may not name files elsewhere."""
     rows = sine(0.1)

@@ -260,6 +260,7 @@ def narrow(seed, length=1200.0, scene=SCENE, loud_ramp=50.0):
         "surface_elevation": (("time", "buoy"), x[:, None]),
         "tension_top": (("time", "cable"), 5000 + 900 * x[:, None]),
         "buoy_position": (("time", "buoy", "xyz"), np.stack([12 + 2 * x, y, 0 * x], axis=1)[:, None]),
+        "offset": (("time", "buoy"), np.hypot(12 + 2 * x, y)[:, None]),
         "newton_iterations": ("time", np.ones(len(t), dtype=int)),
     }
     labels = {"time": t, "xyz": list("xyz"), "cable": ["cable"], "buoy": ["buoy"]}
@@ -402,7 +403,8 @@ def test_a_driven_cable_has_statistics_too(tmp_path):
     }
     record = dolfbuoy.simulate(rod)
     sample = sample_of(record, load_scene(rod))
-    assert set(sample["peaks"]) == {"tension_top of cable", "tension_anchor of cable"}
+    anchored = {"anchor_uplift of cable.from", "anchor_horizontal of cable.from"}
+    assert set(sample["peaks"]) == {"tension_top of cable", "tension_anchor of cable", *anchored}
     assert sample["duration"] == pytest.approx(0.3)
     assert "circle_radius" not in statistics(record)
 

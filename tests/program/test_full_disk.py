@@ -65,8 +65,8 @@ def run_short_of_space(folder, limit=-1):
 
 
 def test_file_too_large(tmp_path):
-    """The system refuses to let any file grow beyond 700 kB."""
-    record = assert_ended_well(run_short_of_space(tmp_path / "run", 700_000), tmp_path / "run", "File too large")
+    """The system refuses to let any file grow beyond 800 kB."""
+    record = assert_ended_well(run_short_of_space(tmp_path / "run", 800_000), tmp_path / "run", "File too large")
     resumed = dolfbuoy.simulate(resume=tmp_path / "run", time__end=record.time.values[-1] + 0.1)
     assert np.array_equal(resumed.end_tension.values[: len(record.time)], record.end_tension.values)
     assert np.diff(resumed.time.values) == pytest.approx(0.02, abs=1e-9)

@@ -85,6 +85,8 @@ def test_scrubbing_shows_the_values_of_the_record(page, record):
             "water": record.surface_elevation.values[row],
             "x": x,
             "y": y,
+            "of C": record.offset.values[row],
+            "lowest of the rim": record.freeboard.values[row],
             **{turn: record[turn].values[row] for turn in ("roll", "pitch", "yaw")},
         }
         shown = {name: number(text) for name, text in readouts(page)}

@@ -110,6 +110,8 @@ def test_panels_are_the_series(found):
         ("line", "tension", "kN", 1e-3): {"upper end": ALONE.tension_top, "lower end": ALONE.tension_anchor},
         ("buoy", "height", "m", 1.0): {"C": z, "water": ALONE.surface_elevation},
         ("buoy", "horizontal position of C", "m", 1.0): {"x": x, "y": y},
+        ("buoy", "offset", "m", 1.0): {"of C": ALONE.offset},
+        ("buoy", "freeboard", "m", 1.0): {"lowest of the rim": ALONE.freeboard},
     }
     shown = {(p["kind"], p["title"], p["unit"], p["factor"]): p["curves"] for p in found["panels"]}
     assert shown.keys() == wanted.keys()

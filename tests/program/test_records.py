@@ -29,7 +29,7 @@ from dolfbuoy.results.record import read, seal
 
 SCENE = merged(MOORED, cable__elements=6, waves__ramp=0.5, time={"end": 0.3, "step": 0.02, "output_every": 0.1})
 
-LABELS = {"xyz", "quaternion", "cable", "buoy", "attachment"}
+LABELS = {"xyz", "quaternion", "cable", "buoy", "attachment", "anchor"}
 ALWAYS = {"time", "time_step", "newton_iterations"}
 CABLE = {"tension_top", "tension_anchor", "anchor_force", "end_tension"}
 CABLE |= {"frame", "cable_position", "cable_tension", "s", "s_cell"}

@@ -33,11 +33,14 @@ def test_summary():
         return f"{float(values.min()):.4g} ... {float(values.max()):.4g}", unit
 
     C, water = ALONE.buoy_position, ALONE.surface_elevation
-    assert rows["tension at the top |T_bnd|"] == extremes(ALONE.tension_top / 1000, "kN")
+    assert rows["tension at the top"] == extremes(ALONE.tension_top / 1000, "kN")
     assert rows["force at the anchor"] == extremes(np.linalg.norm(ALONE.anchor_force, axis=1) / 1000, "kN")
     assert rows["tension of its elements"] == ("2.1 ... 7.84", "kN")
     assert rows["s of the largest"] == (f"{22 * 11 / 12:.4g}", "m")
     assert rows["uplift at the anchor"] == extremes(-ALONE.anchor_force[:, 2] / 1000, "kN")
+    assert rows["horizontal force on the anchor"] == extremes(ALONE.anchor_horizontal / 1000, "kN")
+    assert rows["offset of C from the anchor"] == extremes(np.linalg.norm(C[:, :2], axis=1), "m")
+    assert rows["freeboard"] == extremes(ALONE.freeboard, "m")
     for i, axis in enumerate("xyz"):
         assert rows[f"{axis} of C"] == extremes(C[:, i], "m")
     assert rows["z of C over the water"] == extremes(C[:, 2] - water, "m")
@@ -60,10 +63,10 @@ def test_an_equilibrium_of_several_lines_names_their_ends():
         low, high = scene.network.ends_of(k)
         assert low != high
         wanted = {
-            f"tension at {high}, |T_bnd|": record.tension_top[k],
-            f"tension at {low}, T_h(0)": record.tension_anchor[k],
+            f"tension at {high}": record.tension_top[k],
+            f"tension at {low}": record.tension_anchor[k],
             f"force that holds it at {low}": record.anchor_force[k],
-            f"force that holds it at {high}, T_bnd": record.end_tension[k],
+            f"force that holds it at {high}": record.end_tension[k],
         }
         for what, values in wanted.items():
             np.testing.assert_allclose(1000 * np.array(rows[f"{name}: {what}"]), values, rtol=1e-5, atol=1e-2)
@@ -215,10 +218,11 @@ def test_units_of_the_record():
     units = {
         "N m": "anchor_moment end_moment cable_moment",
         "m-1": "largest_curvature curvature",
-        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension growth_weight "
+        "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal end_tension mooring_force "
+        "cable_tension growth_weight "
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
-        "cable_position s s_cell length_on_bed touchdown joint_position "
+        "cable_position s s_cell length_on_bed touchdown joint_position offset freeboard "
         "cable_position_minimum cable_position_maximum wave_amplitude min_bend_radius",
         "s": "time time_step frame wave_period parted_at",
         "m s-1": "cable_velocity",

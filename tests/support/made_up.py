@@ -51,18 +51,22 @@ def made_up(end=40.0):
         "buoy_orientation": q4,
         "cone_angle": np.degrees(2 * half),
         "surface_elevation": 0.7 * np.cos(phase - 0.4),
+        "anchor_uplift": 2500 + 700 * np.cos(phase),
+        "anchor_horizontal": np.hypot(-900 + 80 * np.sin(phase), 200 + t),
+        "offset": np.hypot(C[:, 0], C[:, 1]),
+        "freeboard": 0.9 + 0.2 * np.sin(phase + 2),
     }
     shape = np.stack([nodes / 22 * C[::4, i, None] for i in range(3)], axis=-1)
     shape[..., 2] = -20 + nodes / 22 * (20.4 + 0.2 * np.sin(2 * math.pi * frame / 7)[:, None])
     frames = {"cable_position": shape, "cable_tension": np.linspace(3000, 7000, 6) + frame[:, None]}
-    sizes = {"time": len(t), "cable": 1, "buoy": 1, "xyz": 3, "quaternion": 4}
+    sizes = {"time": len(t), "cable": 1, "buoy": 1, "anchor": 1, "xyz": 3, "quaternion": 4}
     dims = {name: ("time", *QUANTITIES[name].dims) for name in series}
     data = {name: (dims[name], np.reshape(value, [sizes[d] for d in dims[name]])) for name, value in series.items()}
     data |= {name: (("frame", *QUANTITIES[name].dims), value) for name, value in frames.items()}
     data |= extremes(**frames)
     middle = (nodes[1:] + nodes[:-1]) / 2
     coordinates = {"time": t, "frame": frame, "s": ("node", nodes), "s_cell": ("cell", middle), "xyz": ["x", "y", "z"]}
-    coordinates |= {"cable": ["cable"], "buoy": ["buoy"]}
+    coordinates |= {"cable": ["cable"], "buoy": ["buoy"], "anchor": ["cable.from"]}
     for dimension, size in (("node", 7), ("cell", 6)):
         coordinates[f"cable_of_{dimension}"] = dimension, np.zeros(size, dtype=int)
     coordinates["segment_of_cell"] = "cell", np.zeros(6, dtype=int)

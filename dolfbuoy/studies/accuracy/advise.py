@@ -12,7 +12,7 @@ from ...results import measured as acc
 from ...results.compare import Curve, percent
 from ...results.measured import QUANTITIES
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, Figure, matplotlib, new_figure, plain_ticks
-from ...results.tables import groups, show
+from ...results.tables import groups, rounded, show
 from ...scene import Scene, settings
 from ...scene.sections import SCHEMES
 from ...scene.settings import Stepping
@@ -123,7 +123,7 @@ def sentences(advice: Advice) -> list[str]:
     what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
     own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
     messages = [
-        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {end:g} s.",
+        f"{what}: {choice}: about {rounded(choice.seconds)} s for the run until t = {end:g} s.",
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
         *advice.notes,
     ]

@@ -23,7 +23,7 @@ from ...accuracy.target import ENOUGH, OF_NEWTON, USUAL, Round, check_names, jud
 from ...errors import NoResult, SolveError
 from ...results.bars import number_with
 from ...results.compare import Curve, nice_numbers, percent
-from ...results.tables import force_unit, show
+from ...results.tables import force_unit, rounded, show
 from ...scene import Scene, load_scene
 from ...scene.settings import (
     Space,
@@ -310,7 +310,7 @@ def sentences(found: Verified) -> list[str]:
     seconds, coarse = found.found.record.attrs["loop_seconds"], companion_of(scene)
     end, until = check_time(scene).end, check_time(coarse).end
     what = f"{percent(found.accuracy)} in {names}: {found.choice}"
-    messages = [f"{what}: {seconds:.2g} s for the run until t = {end:g} s.", *found.notes]
+    messages = [f"{what}: {rounded(seconds)} s for the run until t = {end:g} s.", *found.notes]
     for output in wanted:
         bar, unit = bars[output], unit_of_series(output.series)
         unit, factor = force_unit(bar.value) if unit == "N" else (unit, 1.0)

@@ -10,6 +10,7 @@ from ...errors import InputError, SolveError
 from ...linear.seaway import Seaway
 from ...results.compare import percent
 from ...results.measured import QUANTITIES, Run
+from ...results.tables import rounded
 from ...scene import Scene
 from ...statics.catenary import Array
 
@@ -40,8 +41,8 @@ def linear_answer(scene: Scene, run: Run, quantity: str, start: float) -> str | 
     if own is None or not measured:
         return None
     return (
-        f"linear response: {seconds:.2g} s, the standard deviation of the {QUANTITIES[quantity]} "
-        f"{percent(abs(own / measured - 1))} off; that run in time: {run.wall:.2g} s."
+        f"linear response: {rounded(seconds)} s, the standard deviation of the {QUANTITIES[quantity]} "
+        f"{percent(abs(own / measured - 1))} off; that run in time: {rounded(run.wall)} s."
     )
 
 

@@ -20,6 +20,7 @@ from ...results import measured as acc
 from ...results.compare import Error, Reference, percent
 from ...results.measured import Run
 from ...results.style import COLORS, PAGE, PALETTE, Figure, Line2D, legend_below, new_figure, plain_ticks
+from ...results.tables import rounded
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import SCHEMES
 from ...scene.settings import Space, Stepping
@@ -221,7 +222,7 @@ def describe(row: Row) -> str:
 def sentence(rows: list[Row], name: str, accuracy: float) -> str:
     """Sentences to quote: the cheapest settings that meet the accuracy, compared with the scene's own."""
     what, good = f"{percent(accuracy)} in {acc.QUANTITIES[name]}", cheapest(rows, name, accuracy)
-    text = f"{what}: {describe(good)}: {good['wall']:.2g} s" if good else f"{what}: none of the cases"
+    text = f"{what}: {describe(good)}: {rounded(good['wall'])} s" if good else f"{what}: none of the cases"
     own = next((row for row in rows if row["own"]), None)
     if own is None:
         return text + "."
@@ -229,7 +230,7 @@ def sentence(rows: list[Row], name: str, accuracy: float) -> str:
     if own["reason"]:
         return text + " fails."
     less = "" if own[f"resolved_{name}"] else "less than "
-    return f"{text}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
+    return f"{text}: {less}{percent(own[f'bound_{name}'])} in {rounded(own['wall'])} s."
 
 
 def sentence_of_maximum(rows: list[Row], name: str, accuracy: float) -> str:
@@ -240,7 +241,7 @@ def sentence_of_maximum(rows: list[Row], name: str, accuracy: float) -> str:
         return f"{what}: none of the cases."
     if both is rms:
         return f"{what}: the same settings, off by {shown(both, name, 'max_')}."
-    text = f"{what}: the cheapest settings change, to {describe(both)}: {both['wall']:.2g} s"
+    text = f"{what}: the cheapest settings change, to {describe(both)}: {rounded(both['wall'])} s"
     return text + (f"; with those for the rms it is off by {shown(rms, name, 'max_')}." if rms else ".")
 
 

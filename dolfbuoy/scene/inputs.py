@@ -1,0 +1,64 @@
+"""A scene in words: every value that differs from its default, by the section that it stands in."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from .section import Section, unit_of
+from .sections import Scene
+
+#: Numbers of a list that are shown; of more only how many there are.
+MOST_NUMBERS = 12
+
+
+class Input(NamedTuple):
+    """A value, as text: its section ("cable.top", "joint.clump"), meaning, value and unit ("" of what has none)."""
+
+    section: str
+    meaning: str
+    value: str
+    unit: str
+
+
+def inputs_of(scene: Scene) -> list[Input]:
+    """The values of a scene that differ from their defaults, in the order of the scene file."""
+    return list(_within(scene, ""))
+
+
+def _within(section: Section, path: str) -> Iterator[Input]:
+    inner = []
+    for name, info in type(section).model_fields.items():
+        value = getattr(section, name)
+        if value is None or value == info.default or (name == "title" and not path):
+            continue
+        here = f"{path}.{name}".strip(".")
+        if parts := _sections(value):
+            inner += [(part, f"{here}.{label}" if label else here) for label, part in parts.items()]
+        elif info.description and name != "name":
+            unit = unit_of(info)
+            plain = unit == "1" or isinstance(value, str) or ("," in unit and isinstance(value, int | float))
+            yield Input(path, info.description.partition(";")[0], _text(value), "" if plain else unit)
+    for part, here in inner:
+        yield from _within(part, here)
+
+
+def _sections(value: Any) -> dict[str, Section]:
+    """Sections in a value by their names, which the only one does not need."""
+    if isinstance(value, Section):
+        return {"": value}
+    if isinstance(value, dict):
+        return {name: part for name, part in value.items() if isinstance(part, Section)}
+    if isinstance(value, list | tuple) and value and isinstance(value[0], Section):
+        alone = len(value) == 1
+        return {"" if alone else getattr(part, "name", None) or str(k + 1): part for k, part in enumerate(value)}
+    return {}
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        count = sum(len(row) if isinstance(row, list | tuple) else 1 for row in value)
+        return f"{len(value)} rows" if count > MOST_NUMBERS else f"[{', '.join(map(_text, value))}]"
+    if isinstance(value, dict):
+        return ", ".join(f"{name} = {_text(one)}" for name, one in value.items())
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
