@@ -74,8 +74,9 @@ def statistics(
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from ..elsewhere import MPI
     from ..results.folder import claimed
+    from ..results.runs import run_of, runs_of
     from ..results.sample import Fatigue
-    from ..results.statistics import against_seeds, lifetime, run_of, runs_of, together
+    from ..results.statistics import against_seeds, lifetime, together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing

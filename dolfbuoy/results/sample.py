@@ -87,7 +87,7 @@ def sample_of(
             found["series"].get(label, {}).update(bars)
     if tracks:
         found["corners"] = {name: corners(track).tolist() for name, track in tracks.items()}
-    strength = {label: numbers for label in found["cycles"] if (numbers := _strength(label, scene))}
+    strength = {label: line for label in found["cycles"] if (line := _strength(label, scene))}
     found |= {"strength": strength} if strength else {}
     if scene.fatigue is not None:
         found["fatigue"] = {name: getattr(scene.fatigue, name) for name in ("corrosion", "safety_factor")}

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 from dynamics_helpers import MOORED, merged
 from every_key import changed, shows
 from mpi_helpers import needs_mpirun, start_scenes
@@ -403,3 +404,44 @@ def test_a_life_over_a_scatter_diagram(tmp_path):
     less = lifetime(runs, tmp_path / "seas.csv", Fatigue(curve="API studlink", safety_factor=1.0))
     assert float(less.life[k]) == pytest.approx(1000 / 316 / yearly, rel=1e-12)
     assert "life_with_factor" not in less
+
+
+def test_a_sweep_keeps_cycles_of_places(two, call, tmp_path):
+    """Cases keep no records: their lives are those of runs of the same scenes, with another curve too."""
+    (tmp_path / "two.toml").write_text(load_scene(TWO).to_toml())
+    (tmp_path / "seas.csv").write_text("cable.top.period,probability\n2.0,0.7\n3.0,0.2\n")
+    code, _, err = call(
+        "sweep", tmp_path / "two.toml", "--table", tmp_path / "seas.csv", "--out", tmp_path / "sw", "--set", "title=x"
+    )
+    assert (code, err.count("rror")) == (0, 0), err
+    slow = simulate(changed(TWO, {"cable.top.period": 3.0}))
+    label = "place_tension of cable.0 at upper end"
+    for more, (m, K) in (((), (3, 316)), (("--curve", "50 MBL^4"), (4, 50))):
+        arguments = ["--scatter", tmp_path / "seas.csv", "--out", tmp_path / "st", "--overwrite", *more]
+        code, out, err = call("statistics", tmp_path / "sw", *arguments)
+        assert (code, err) == (0, "")
+        life = xr.load_dataset(tmp_path / "st" / "lifetime.nc")
+        (k,) = np.flatnonzero((life.series.values == "place_tension") & (life.part.values == "cable.0 at upper end"))
+        yearly = YEAR / 6.0 * sum(p * miner(one, label, m, K, 4e4) for p, one in ((0.7, two), (0.2, slow)))
+        assert float(life.damage_per_year[k]) == pytest.approx(yearly, rel=1e-5)
+        assert float(life.life_with_factor[k]) == pytest.approx(1 / yearly / 5, rel=1e-5)
+        assert "over safety factor 5" in " ".join(out.split())
+        assert "The shortest life is" in " ".join(out.split())
+
+
+def test_places_of_lines_of_several_kinds():
+    """Legs of two pairs of elements, a group each; the tension is that of the element in every frame."""
+    scene = load_scene("three-legs").to_dict() | {"time": {"end": 0.1, "step": 0.05, "output_every": 0.05}}
+    for cable, degrees in zip(scene["cable"], ((1, 0), (2, 1), (1, 0)), strict=True):
+        cable |= {"position_degree": degrees[0], "tension_degree": degrees[1], "elements": 5}
+    record = simulate(scene, fatigue={"curve": "1e15 N^3", "places": [], "spacing": 25.0})
+    names = [cable["name"] for cable in scene["cable"]]
+    assert record.place.values.tolist() == [f"{name} at 25 m" for name in names]
+    for k in (0, 2):
+        mine = np.flatnonzero(record.cable_of_cell.values == k)
+        tension = record.cable_tension.values[:, mine]
+        np.testing.assert_array_equal(record.place_tension[:, k], tension[:, 2])
+    mine = np.flatnonzero(record.cable_of_cell.values == 1)
+    middle = record.cable_tension.values[:, mine]
+    assert (record.place_tension.values[:, 1] > middle[:, 1]).all()
+    assert (record.place_tension.values[:, 1] < middle[:, 3]).all()
