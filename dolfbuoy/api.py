@@ -20,6 +20,7 @@ from .results import folder as folders
 from .results import record as results
 from .results.observe import Observer, attributes
 from .results.offset_record import Rows
+from .results.places import places_of
 from .results.recorder import Recorder
 from .scene import Scene, load_scene
 from .statics.equilibrium import solve_equilibrium
@@ -58,7 +59,7 @@ def solve_static(
 
 def _equilibrium(scene, comm):
     problem = solve_equilibrium(scene, comm)
-    observer = Observer(problem)
+    observer = Observer(problem, places=places_of(problem))
     fixed = observer.fixed()
     values = observer.values(problem.end_forces())
     if problem.lines:

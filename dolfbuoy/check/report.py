@@ -20,6 +20,7 @@ from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import check_first_shape
 from .accuracy import expected
 from .buoys import buoys_at_rest, buoys_of, of_buoys
+from .fatigue import of_fatigue
 from .lines import lines_at_rest, lines_of, of_lines
 from .waves import in_waves
 
@@ -83,6 +84,7 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
     report, network, buoys = Report(effects_of(scene)), scene.network, buoys_of(scene, rest)
     _motions(network, report)
     of_lines(scene, network, report)
+    of_fatigue(scene, report)
     if scene.sea and scene.gravity:
         of_buoys(scene.sea.depth, buoys, report)
     for name, material in (scene.material or {}).items():

@@ -41,10 +41,23 @@ def statistics(
         float | None, number("--from", "What comes before does not count \\[s; default: the end of the ramp].")
     ] = None,
     point: PointOption = None,
-    exponent: Annotated[float, typer.Option("--exponent", help="m of the S-N curve N = K S^-m.")] = 3.0,
-    constant: Annotated[
+    exponent: Annotated[
         float | None,
-        typer.Option("--constant", help="K of the S-N curve, S the range of the tension in N; for Miner sums."),
+        typer.Option("--exponent", help="m of the equivalent load \\[default: that of --curve, else 3]."),
+    ] = None,
+    curve: Annotated[
+        str | None,
+        typer.Option(
+            "--curve",
+            "--constant",
+            help="Fatigue curve in place of the scene's: 'API studless', or K with its unit, '6e10 MPa^3', '1e15 N^3'.",
+        ),
+    ] = None,
+    corrosion: Annotated[
+        float | None, number("--corrosion", "Diameter that bars of chains have lost \\[m; default: the scene's].")
+    ] = None,
+    safety: Annotated[
+        float | None, number("--safety-factor", "Factor that lives are divided by \\[default: the scene's].")
     ] = None,
     frequency: Annotated[
         float, typer.Option("--frequency", help="Cycles of the equivalent load per second \\[Hz].")
@@ -62,8 +75,9 @@ def statistics(
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from ..elsewhere import MPI
     from ..results.folder import claimed
+    from ..results.runs import run_of, runs_of
     from ..results.sample import Fatigue
-    from ..results.statistics import against_seeds, lifetime, run_of, runs_of, together
+    from ..results.statistics import against_seeds, lifetime, together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing
@@ -75,7 +89,7 @@ def statistics(
         names = ("statistics.nc", *(["lifetime.nc"] if scatter else []), *(["design.nc"] if design else []))
         figures = [file for name in FIGURES for file in files_of(folder / name)]
         refuse_present([*(folder / name for name in names), *figures], overwrite)
-        fatigue = Fatigue(exponent, constant, frequency)
+        fatigue = Fatigue(_exponent(exponent, curve), None, frequency, curve, corrosion, safety)
         runs = runs_of(folders, start, _point(point))
         made = [together(runs, fatigue)]
         if scatter:
@@ -91,6 +105,25 @@ def statistics(
         _show_life(made[1], folder)
     if design:
         _show_design(made[-1], folder / names[-1])
+
+
+def _exponent(exponent: float | None, curve: str | None) -> float:
+    """Exponent of the equivalent load.  Raises InputError for a curve that there is not, or that has no unit."""
+    from ..scene.fatigue import FORMS, curve_of
+    from ..scene.quantities import number_of
+
+    if curve is None:
+        return 3.0 if exponent is None else exponent
+    try:
+        number_of(curve)
+    except ValueError:
+        pass
+    else:
+        raise InputError(f"--constant {curve}: needs the unit of the ranges with its exponent, like {FORMS}.")
+    try:
+        return curve_of(curve).exponent if exponent is None else exponent
+    except ValueError as error:
+        raise InputError(f"--curve {curve}: {error}.") from None
 
 
 def _point(text: str | None) -> tuple[float, float] | None:
@@ -180,15 +213,33 @@ def _having(series: list[Series], number: str) -> list[Series]:
 def _fatigue(series: list[Series], how: dict[Any, Any]) -> Shown:
     from ..results.statistics import YEAR
 
-    rows, damaged = [], "constant" in how
+    rows, worn = [], bool(_having(series, "damage"))
+    factor = max((float(mine.safety_factor.max()) for *_, mine in series if "safety_factor" in mine), default=1.0)
     for label, name, mine in _having(series, "equivalent_load"):
-        unit, factor = _unit(mine, name)
+        unit, scale = _unit(mine, name)
         load = (mine[f"{name}_equivalent_load"].values ** how["exponent"]).mean() ** (1 / how["exponent"])
-        rows.append([label.replace("_", " "), f"{factor * load:.4g} {unit}"])
-        if damaged:
-            rows[-1].append(f"{float(mine[f'{name}_damage'].sum() / mine.duration.sum()) * YEAR:.4g}")
+        rows.append([label.replace("_", " "), f"{scale * load:.4g} {unit}"])
+        if worn:
+            damage = float(mine[f"{name}_damage"].sum(skipna=False)) if f"{name}_damage" in mine else np.nan
+            yearly = damage / float(mine.duration.sum()) * YEAR
+            rows[-1] += [_or_dash(yearly), *_lives(yearly, factor)]
     title = f"\nFatigue, m = {how['exponent']:g}, equivalent load at {how['frequency_Hz']:g} Hz"
-    return title, ["series", "equivalent load", *(["Miner sum per year"] if damaged else [])], rows
+    return title, ["series", "equivalent load", *(["Miner sum per year", *_of_lives(factor)] if worn else [])], rows
+
+
+def _or_dash(number: float) -> str:
+    return f"{number:.4g}" if np.isfinite(number) else "-"
+
+
+def _of_lives(factor: float) -> list[str]:
+    """Headings of the columns of `_lives`."""
+    return ["life [years]", *([f"over safety factor {factor:g}"] if factor > 1 else [])]
+
+
+def _lives(yearly: float, factor: float) -> list[str]:
+    """Life by a Miner sum of a year, as it is and over the safety factor."""
+    life = 1 / yearly if yearly > 0 else np.nan
+    return [_or_dash(life), *([_or_dash(life / factor)] if factor > 1 else [])]
 
 
 def _extremes(series: list[Series]) -> Shown:
@@ -253,17 +304,18 @@ def _show_life(life: "xr.Dataset", folder: Path) -> None:
     from ..results.tables import unit_of
 
     rows, series, parts = [], life.series.values.tolist(), life.part.values.tolist()
+    safety = float(life.attrs["safety_factor"])
     for k, (name, part) in enumerate(zip(series, parts, strict=True)):
-        numbers = ("damage_per_year", "life", "equivalent_load", "largest")
-        damage, years, load, largest = (float(life[number][k]) for number in numbers)
+        damage, load, largest = (float(life[number][k]) for number in ("damage_per_year", "equivalent_load", "largest"))
         if not np.isfinite([damage, load, largest]).any():
             continue  # no cycles damage it, and its seeds are too few
         unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
         label = f"{name} of {part}" if series.count(name) > 1 else name
-        texts = [f"{x:.4g}" if np.isfinite(x) else "-" for x in (damage, years)]
+        texts = [_or_dash(damage), *_lives(damage, safety)]
         texts += [f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest)]
         rows.append([label.replace("_", " "), *texts])
     title = f"\nA life in these seas, {100 * life.attrs['probability']:.4g} % of the time, {folder / 'lifetime.nc'}"
     once = f"once in {life.attrs['years']:g} years"
-    print_table(title, ["series", "Miner sum per year", "life [years]", "equivalent load", once], rows)
-    say(*filter(None, [life.attrs["notes"]]))
+    headings = ["series", "Miner sum per year", *_of_lives(safety), "equivalent load", once]
+    print_table(title, headings, rows)
+    say(*filter(None, life.attrs["notes"].split("\n")))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time as clock
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -25,6 +25,7 @@ from ..version import __version__
 from .attitude import roll_pitch_yaw
 from .bending import Bending
 from .design import Design
+from .places import Place
 from .quantities import Absent, over
 from .record import FORMAT
 from .running import Utilisation, stressed
@@ -51,7 +52,7 @@ class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, bend_utilisation,
-    buoy, mooring, water, joint.
+    buoy, mooring, water, joint, place_tension.
     """
 
     def __init__(
@@ -111,10 +112,13 @@ class Noted(dict[str, NDArray[Any]]):
 class Observer:
     """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0.
 
-    end_forces: by name, arrays that are up to date whenever `note` is called.
+    end_forces: by name, arrays that are up to date whenever `note` is called.  places: of `places_of`, whose tension is
+    noted.
     """
 
-    def __init__(self, problem: Problem, end_forces: dict[str, NDArray[Any]] | None = None) -> None:
+    def __init__(
+        self, problem: Problem, end_forces: dict[str, NDArray[Any]] | None = None, places: Sequence[Place] = ()
+    ) -> None:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
         self._design = Design(self.network)
@@ -122,6 +126,7 @@ class Observer:
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
         self._bending = Bending(problem) if self.network.bends else None
+        self.places = tuple(places)
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
             self._places[name] = slice(self.width, self.width + len(entries))
@@ -136,6 +141,8 @@ class Observer:
             found[name] = _all_of(force, root)
         if problem.lines:
             found["tension_anchor"] = _joined(map(self._tension_at, range(len(self.network.cables))))
+            if self.places:
+                found["place_tension"] = _joined(map(self._tension_near, self.places))
             if problem.lines.bed is not None:
                 found["bed"] = _all_of(self._lying, root)
             if self._stress is not None:
@@ -171,6 +178,21 @@ class Observer:
 
         return traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
 
+    def _tension_near(self, place: Place) -> list[Entry]:
+        """Entry of the tension of its piece that is nearest to a place, of the lower element of two."""
+        lines: Any = self.problem.lines
+        group, piece = lines.holder(place.piece)
+        cells, nearest = group.cells_of[piece], (np.inf, np.inf, self.comm.rank, -1)
+        if len(cells):
+            away = np.abs(group.T_s[cells] - group.begins[piece] - place.s).round(9)
+            cell, node = np.unravel_index(np.argmin(away + 1e-12 * np.arange(len(cells))[:, None]), away.shape)
+            middle = group.cell_ends[cells[cell]].mean()
+            nearest = away[cell, node], middle, self.comm.rank, int(group.T_dofs[cells[cell], node])
+        *_, rank, dof = min(self.comm.allgather(nearest))
+        return (
+            [(self.problem.system.u, group.part.offset + dof, 1.0)] if rank == self.comm.rank else _all_of(np.zeros(1))
+        )
+
     def _place_of(self, joint: str) -> list[Entry]:
         """Entries of the place of a joint, from the first end there."""
         lines: Any = self.problem.lines
@@ -191,6 +213,7 @@ class Observer:
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
         found |= {"joint": n.joints, "segment": stressed(n)}
+        found["place"] = [place.name for place in self.places]
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
     def values(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -244,6 +267,8 @@ class Observer:
         """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
         (others: nothing)."""
         found, waves = self._along() | self._grown(), self.problem.scene.waves
+        if self.comm.rank == 0 and self.places:
+            found["place_s"] = np.array([place.s for place in self.places])
         if self.comm.rank == 0 and waves is not None and waves.irregular and self.problem.dynamic:
             names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
             found |= dict(zip(names, sea_of(self.problem.scene).as_rows().T, strict=True))

@@ -31,10 +31,12 @@ if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to 
 
 #: Where nodes and elements are along which cable: coordinates of what has these dimensions.
 ALONG = {"node": ("s", "cable_of_node"), "cell": ("s_cell", "cable_of_cell", "segment_of_cell")}
+ALONG["place"] = ("place_s",)
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
 LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
 LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
+LABELED |= {"place": "places of [fatigue], CABLE at WHERE or CABLE.NUMBER at WHERE"}
 LABELED |= {"anchor": "joints that are held, or CABLE.from or CABLE.to of other ends that are"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
 #: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.

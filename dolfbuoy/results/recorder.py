@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time as clock
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from ..parallel.ranks import allreduce, bcast
 from ..scene.settings import frame_interval
 from . import checkpoint
 from .observe import Observer, attributes
+from .places import Place, places_of
 from .quantities import errors
 from .record import Record
 from .running import Extremes
@@ -43,7 +45,8 @@ class Recorder:
         corrected: Callable[..., Any] | None = None,
     ) -> None:
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
-        self.observer = Observer(simulation.problem, simulation.latest_end_forces)
+        places = self._places(point)
+        self.observer = Observer(simulation.problem, simulation.latest_end_forces, places)
         self._extremes = Extremes(simulation.problem)
         self.interval = frame_interval(scene)
         self._fixed = fixed = self.observer.fixed()
@@ -57,7 +60,7 @@ class Recorder:
         kept = point.states[simulation.comm.rank].get("corrected") if point else None
         self._corrected: Any = corrected(simulation, kept) if corrected else None
         if self._corrected:
-            self._corrected_observer = Observer(simulation.problem, self._corrected.end_forces)
+            self._corrected_observer = Observer(simulation.problem, self._corrected.end_forces, places)
             self._corrected_rows = np.zeros((rows, self.observer.width))
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
@@ -70,6 +73,13 @@ class Recorder:
             self.record.extremes = self._extremes.values(self.observer)
             if self.root:
                 self.record.take_up(point.rows)
+
+    def _places(self, point: checkpoint.Checkpoint | None) -> list[Place]:
+        """Places where tensions are recorded: of the lines as they are at the start, which a checkpoint keeps."""
+        if point is None:
+            return places_of(self.simulation.problem)
+        kept: str = point.states[self.simulation.comm.rank].get("fatigue_places", "[]")
+        return [Place(*one) for one in json.loads(kept)]
 
     def add(self, step: float, iterations: int) -> None:
         """The present state."""
@@ -132,6 +142,8 @@ class Recorder:
         begin = clock.monotonic()
         comm = self.simulation.comm
         state = self.simulation.state() | {"extremes": self._extremes.kept}
+        if self.observer.places:
+            state["fatigue_places"] = json.dumps(self.observer.places)
         if self._corrected:
             state["corrected"] = self._corrected.state()
         states = comm.gather(state)

@@ -4,7 +4,9 @@ All that counts is after the ramp.  A sample is a plain dict, so that a store of
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
      "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
-     "parted": which lines have, where and when, if any have; "criteria": verdicts, if the scene has criteria}
+     "parted": which lines have, where and when, if any have, "criteria": verdicts, if the scene has criteria,
+     "strength": {label: {"breaking_load", "steel_area", "curve": as far as the scene gives them}} of tensions,
+     "fatigue": {"corrosion", "safety_factor"} of a scene with [fatigue]}
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +22,14 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..model.airy import AirySum
 from ..scene import Scene
+from ..scene.fatigue import Curve, curve_of, curve_on
+from ..scene.quantities import Missing, Wrong
 from ..scene.settings import ramp_of
 from .bars import by_label
 from .criteria import kept, verdicts
 from .offsets import corners
 from .parts import names_of
+from .places import piece_of
 from .quantities import chosen, declared
 from .series import OF_PART, Series, place_of, series_of
 
@@ -85,7 +90,30 @@ def sample_of(
         found["corners"] = {name: corners(track).tolist() for name, track in tracks.items()}
     if scene.criteria is not None:
         found["criteria"] = kept(verdicts(record, scene, start))
+    strength = {label: line for label in found["cycles"] if (line := _strength(label, scene))}
+    found |= {"strength": strength} if strength else {}
+    if scene.fatigue is not None:
+        found["fatigue"] = {name: getattr(scene.fatigue, name) for name in ("corrosion", "safety_factor")}
     return found | {key: value for key, value in record.attrs.items() if key == "parted"}
+
+
+def _strength(label: str, scene: Scene) -> dict[str, Any]:
+    """Numbers of the line where a tension acts, by which its cycles are measured, and its curve."""
+    network, (name, dimension, part) = scene.network, place_of(label)
+    if dimension == "place":
+        piece, linked = piece_of(part, network)
+    elif dimension == "cable" and part in network.cables:
+        cable, linked = network.cables.index(part), True
+        piece = network.last_of(cable) if name == "tension_top" else network.first_of(cable)
+    else:
+        return {}
+    section = network.pieces[piece].section
+    found = {
+        "breaking_load": section.breaking_load,
+        "steel_area": section.steel_area,
+        "curve": curve_on(section, scene.fatigue, linked),
+    }
+    return {key: value for key, value in found.items() if value is not None}
 
 
 def _pulls(label: str) -> bool:
@@ -138,22 +166,42 @@ def pair_of(sample: dict[str, Any], kept: str, label: str) -> tuple[NDArray[Any]
     return np.array(values, dtype=float), np.array(counts, dtype=float)
 
 
+class Damage(NamedTuple):
+    """Miner sum of the cycles of a run, and by which curve, in words."""
+
+    sum: float
+    curve: str
+
+
 @dataclass(frozen=True)
 class Fatigue:
-    """An S-N curve, N = constant S^-exponent, S the range of the tension [N]; and what equivalent loads refer to.
+    """Curve of fatigue, in place of those that the scenes give their lines; and what equivalent loads refer to.
 
-    constant: cycles to failure times N^exponent; None: no Miner sum.  frequency: of the equivalent load [Hz].
+    exponent, frequency [Hz]: of the equivalent load.  curve: as in a scene.  constant: of N = constant S^-exponent, S
+    the range in N; corrosion [m], safety_factor: in place of those of [fatigue].  None: as the scene has it.
     """
 
     exponent: float = 3.0
     constant: float | None = None
     frequency: float = 1.0
+    curve: str | None = None
+    corrosion: float | None = None
+    safety_factor: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("exponent", "constant", "frequency"):
+        for name in ("exponent", "constant", "frequency", "safety_factor"):
             value = getattr(self, name)
             if value is not None and not 0 < value < np.inf:
                 raise InputError(f"{name} = {value}: must be a positive number.")
+        if self.corrosion is not None and not 0 <= self.corrosion < np.inf:
+            raise InputError(f"corrosion = {self.corrosion}: must be a number of metres, 0 or more.")
+        if self.curve is not None and self.constant is not None:
+            raise InputError("constant: does not go with curve: give one of them.")
+        if self.curve is not None:
+            try:
+                curve_of(self.curve)
+            except ValueError as error:
+                raise InputError(f"curve = {self.curve!r}: {error}.") from None
 
     def equivalent_load(self, sample: dict[str, Any], label: str) -> float:
         """The constant range that does the same damage at the frequency, (sum n S^m / N)^(1/m) [unit of ranges]."""
@@ -165,6 +213,48 @@ class Fatigue:
         return float(largest * (np.sum(counts * (ranges / largest) ** m) / number) ** (1 / m))
 
     def power_sum(self, sample: dict[str, Any], label: str) -> float:
-        """sum n S^m; over the constant it is the Miner sum."""
+        """sum n S^m."""
         ranges, counts = pair_of(sample, "cycles", label)
         return float(np.sum(counts * ranges**self.exponent))
+
+    def factor(self, sample: dict[str, Any]) -> float:
+        """Safety factor on the life, 1 without one."""
+        own = sample.get("fatigue", {}).get("safety_factor", 1.0)
+        return float(own if self.safety_factor is None else self.safety_factor)
+
+    def damage(self, sample: dict[str, Any], label: str) -> Damage | None:
+        """Damage by the cycles of a tension; None if it has no curve.
+
+        Raises InputError where the line lacks what the ranges of the curve refer to.
+        """
+        if self.constant is not None:
+            found = self.power_sum(sample, label) / self.constant
+            doubt = ", which lead to failure within a run: are they of stresses in MPa?" if found > 1 else ""
+            return Damage(found, f"K = {self.constant:g} and m = {self.exponent:g} of ranges in N{doubt}")
+        line = sample.get("strength", {}).get(label, {})
+        text = self.curve or line.get("curve")
+        if text is None:
+            return None
+        curve, corrosion = curve_of(text), sample.get("fatigue", {}).get("corrosion", 0.0)
+        corrosion = corrosion if self.corrosion is None else self.corrosion
+        try:
+            reference = curve.reference(line.get("breaking_load"), line.get("steel_area"), corrosion)
+        except (Missing, Wrong) as error:
+            raise InputError(f"{label}: {error} of the line there.") from None
+        ranges, counts = pair_of(sample, "cycles", label)
+        constant = log_constant(curve, sample["series"][label]["mean"], reference)
+        with np.errstate(divide="ignore"):  # sums of logarithms: R^13 of a small range is not representable
+            logs = np.log10(ranges / reference) * curve.exponent - constant
+        return Damage(float(np.sum(counts * 10.0**logs)), _in_words(curve, reference, corrosion))
+
+
+def log_constant(curve: Curve, mean: float, reference: float) -> float:
+    """Logarithm of K, by the mean tension [N] if it depends on that; a line that is pushed has none."""
+    return curve.log_constant + curve.by_mean * max(mean, 0.0) / reference
+
+
+def _in_words(curve: Curve, reference: float, corrosion: float) -> str:
+    """The curve and what its ranges refer to."""
+    words = {"MBL": f", ranges over {reference / 1e3:.5g} kN", "MPa": f", ranges over {reference:.5g} mm²"}
+    thinner = f", bar thinner by {1e3 * corrosion:g} mm" if corrosion and curve.bar else ""
+    return f"{curve.name}{words.get(curve.unit, '')}{thinner}"

@@ -10,7 +10,6 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,36 +18,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..parallel.cases import store_in
-from ..scene import Scene
-from ..scene.variants import SEED, in_words, probabilities
-from .after_ramp import scene_of
+from ..scene.variants import in_words, probabilities
 from .bars import STATISTICS as BARS
 from .criteria import governing, over_cases
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
 from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
 from .quantities import declared
-from .record import fitting, read
-from .sample import LASTS, NUMBERS, STATISTICS, Fatigue, pair_of, sample_of
+from .runs import Run, runs_of
+from .sample import LASTS, NUMBERS, STATISTICS, Fatigue, pair_of
 from .series import OF_PART, Columns, described, place_of
 
 #: Seconds of a year of 365.25 days, and years of the largest value, by default.
 YEAR, YEARS = 31557600.0, 50.0
-
-
-@dataclass(frozen=True)
-class Run:
-    """A sample, the name of its run, what makes runs a set, and what the cases of a sweep change but for the seed.
-
-    seconds: of computing.
-    """
-
-    name: str
-    sample: dict[str, Any]
-    set: str
-    changes: dict[str, Any] | None = None
-    seconds: float = np.nan
 
 
 def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
@@ -101,61 +83,6 @@ def statistics(
     return together(runs_of(runs, start, point), Fatigue(**fatigue))
 
 
-def runs_of(sources: Iterable[Any], start: float | None = None, point: Sequence[float] | None = None) -> list[Run]:
-    """Runs of records, of folders of runs, and of folders of sweeps, whose cases are runs each.  Raises InputError."""
-    found = []
-    for k, source in enumerate(sources):
-        if not isinstance(source, xr.Dataset) and (Path(source) / "cases").is_dir():
-            if start is not None or point is not None:
-                raise InputError(f"{source}: a sweep keeps no records: its statistics begin after the ramp.")
-            found += _cases_in(Path(source))
-        else:
-            found.append(run_of(source, k, start, point))
-    if not found:
-        raise InputError("There is no run to make statistics of.")
-    return found
-
-
-def _cases_in(folder: Path) -> list[Run]:
-    """Runs of a sweep; those that failed, or end in their ramp, are left out."""
-    found = []
-    for result in store_in(folder).results():
-        if result and result.get("sample"):
-            changes = result["changes"]
-            state = {key: value for key, value in changes.items() if key != SEED}
-            same = json.dumps([result["base"], state], sort_keys=True)
-            found.append(Run(in_words(changes), result["sample"], same, state, result["seconds"]))
-    if not found:
-        raise InputError(f"{folder} holds no case of a sweep that has run beyond its ramp.")
-    return sorted(found, key=lambda run: (run.set, run.name))
-
-
-def run_of(
-    source: xr.Dataset | str | Path, number: int = 0, start: float | None = None, point: Sequence[float] | None = None
-) -> Run:
-    """Run of a record, or of the folder of one.  Raises InputError."""
-    if isinstance(source, xr.Dataset):
-        record, name = source, f"run {number}"
-    elif (Path(source) / "results.nc").is_file():
-        record, name = read(Path(source) / "results.nc"), str(source)
-    else:
-        raise InputError(f"{source} is not the folder of a run: it has no results.nc.")
-    try:
-        scene, seconds = scene_of(record), record.attrs.get("wall_time_s", np.nan)
-        with fitting(name):
-            return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-
-
-def set_of(scene: Scene) -> str:
-    """Equal for scenes that differ in their seed only."""
-    data = scene.to_dict()
-    data.pop("title", None)
-    data.get("waves", {}).pop("seed", None)
-    return json.dumps(data, sort_keys=True)
-
-
 def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     """Over `run` and, if it is of one, `cable` or `buoy`: <series>_<number> of NUMBERS, of runs with error
     bars <series>_maximum_bar and so on, <series>_equivalent_load,
@@ -175,7 +102,11 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     data |= columns.table(series, NUMBERS, "run")
     data |= columns.table(series, [LASTS], "run", complete=False)
     data |= columns.table(series, BARS.values(), "run", complete=False)
-    data |= columns.table(_further(runs, fatigue), FURTHER, "run", complete=False)
+    curves: dict[str, list[str]] = {}
+    data |= columns.table(_further(runs, fatigue, curves), FURTHER, "run", complete=False)
+    if curves:
+        factors = [fatigue.factor(sample) for sample in samples]
+        data["safety_factor"] = "run", factors, unit_and_name("1", "factor that the life is divided by")
     data |= _circles(sets, columns.names.get("buoy", []))
     words = "peaks", "probability that a peak is as high or higher"
     data |= _pools(sets, "peaks", "peak", "exceedance", words)
@@ -194,7 +125,7 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
     if judged := governing(over_cases((run.name if len(runs) > 1 else "", run.sample) for run in runs)):
         attributes["criteria"] = json.dumps([one.row() for one in judged])
-    attributes["notes"] = "\n".join([*_parted(runs), *notes])
+    attributes["notes"] = "\n".join([*_parted(runs), *notes, *_about(curves)])
     return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 
 
@@ -217,8 +148,8 @@ def _labels(runs: list[Run], kept: str) -> list[str]:
 FURTHER = ("m0", "Hs", "equivalent_load", "damage")
 
 
-def _further(runs: list[Run], fatigue: Fatigue) -> list[dict[str, dict[str, float]]]:
-    """FURTHER of each run; damage with a constant only."""
+def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) -> list[dict[str, dict[str, float]]]:
+    """FURTHER of each run, damage of what has a curve; curves in words, and the series of each, are noted."""
     rows: list[dict[str, dict[str, float]]] = []
     for sample in (run.sample for run in runs):
         deviations = {label: numbers["standard_deviation"] for label, numbers in sample["series"].items()}
@@ -226,10 +157,31 @@ def _further(runs: list[Run], fatigue: Fatigue) -> list[dict[str, dict[str, floa
         row = {label: {"m0": deviation * deviation, "Hs": 4 * deviation} for label, deviation in elevations.items()}
         for label in _labels(runs, "cycles"):
             row[label] = {"equivalent_load": fatigue.equivalent_load(sample, label)}
-            if fatigue.constant:
-                row[label]["damage"] = fatigue.power_sum(sample, label) / fatigue.constant
+            if label in sample["cycles"] and (damage := fatigue.damage(sample, label)) is not None:
+                row[label]["damage"] = damage.sum
+                curves.setdefault(damage.curve, []).append(label)
         rows.append(row)
     return rows
+
+
+def _about(curves: dict[str, list[str]]) -> list[str]:
+    """A sentence about each curve of fatigue."""
+    found = []
+    for curve, every in curves.items():
+        labels = list(dict.fromkeys(every))
+        which = ", ".join(labels) if len(labels) < 4 else f"{len(labels)} series, {labels[0]} first"
+        found.append(f"Fatigue by {curve}: {which}.")
+    return found
+
+
+def _shortest(labels: list[str], lives: list[float], factor: float) -> list[str]:
+    """A sentence about the series with the shortest life."""
+    known = {label: life for label, life in zip(labels, lives, strict=True) if math.isfinite(life)}
+    if not known:
+        return []
+    where = min(known, key=known.__getitem__)
+    over = f", {known[where] / factor:.4g} years over the safety factor {factor:g}" if factor > 1 else ""
+    return [f"The shortest life is {known[where]:.4g} years, of {where}{over}."]
 
 
 def exceedance(values: NDArray[Any], counts: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -335,17 +287,20 @@ def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], 
 
 
 def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
-    """Over `series`, each of the cable or buoy `part`: damage per year, life in years, equivalent load of the whole
-    year, and the value that the largest of 3 h exceeds once in so many years on the average (nan: some sea state has
-    too few seeds).
+    """Over `series`, each of the cable or buoy `part`: damage per year, life in years (and over the safety factor of
+    the scenes, if they have one), equivalent load of the whole year, and the value that the largest of 3 h exceeds once
+    in so many years on the average (nan: some sea state has too few seeds).
 
     scatter: CSV with the keys that the sweep varies and `probability`; what is left of 1 is calm, without damage or
     load.  Raises InputError if a sea state with a probability has no run.
     """
     if not 0 < years < math.inf:
         raise InputError(f"--years {years}: must be a positive number.")
-    states, labels, reasons = list(_states(runs, scatter)), _labels(runs, "peaks"), list[str]()
-    rows = [_row(label, states, fatigue, years, reasons) for label in labels]
+    states, reasons = list(_states(runs, scatter)), list[str]()
+    labels = list(dict.fromkeys([*_labels(runs, "peaks"), *_labels(runs, "cycles")]))
+    curves: dict[str, list[str]] = {}
+    rows = [_row(label, states, fatigue, years, reasons, curves) for label in labels]
+    factor = max((fatigue.factor(run.sample) for _, mine in states for run in mine), default=1.0)
     names = {
         "damage_per_year": "Miner sum of a year",
         "life": "years until the Miner sum is 1",
@@ -353,7 +308,11 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
     }
     data = {n: ("series", [row[i] for row in rows], {"long_name": names[n]}) for i, n in enumerate(names)}
-    attributes = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
+    if factor > 1:
+        with_factor = {"long_name": f"life over the safety factor {factor:g}"}
+        data["life_with_factor"] = "series", [row[1] / factor for row in rows], with_factor
+    notes = "\n".join([*reasons[:1], *_about(curves), *_shortest(labels, data["life"][1], factor)])
+    attributes = {"years": years, "probability": sum(p for p, _ in states), "safety_factor": factor, "notes": notes}
     return xr.Dataset(data, _over_series(labels), attrs=attributes)
 
 
@@ -400,17 +359,29 @@ def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]
 
 
 def _row(
-    label: str, states: list[tuple[float, list[Run]]], fatigue: Fatigue, years: float, reasons: list[str]
+    label: str,
+    states: list[tuple[float, list[Run]]],
+    fatigue: Fatigue,
+    years: float,
+    reasons: list[str],
+    curves: dict[str, list[str]],
 ) -> tuple[float, float, float, float]:
     """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
     damage = load = largest = math.nan
     if all(label in run.sample["cycles"] for _, mine in states for run in mine):
+        lengths = [sum(run.sample["duration"] for run in mine) for _, mine in states]
         rate = sum(  # sum n S^m per second
-            p * (sum(fatigue.power_sum(run.sample, label) for run in mine) / sum(r.sample["duration"] for r in mine))
-            for p, mine in states
+            p * (sum(fatigue.power_sum(run.sample, label) for run in mine) / length)
+            for (p, mine), length in zip(states, lengths, strict=True)
         )
-        damage = rate * YEAR / fatigue.constant if fatigue.constant else math.nan
         load = (rate / fatigue.frequency) ** (1 / fatigue.exponent)
+        worn = [[fatigue.damage(run.sample, label) for run in mine] for _, mine in states]
+        known = [[one for one in some if one is not None] for some in worn]
+        if known == worn:
+            sums = (sum(one.sum for one in some) for some in known)
+            damage = YEAR * sum(p * x / t for (p, _), x, t in zip(states, sums, lengths, strict=True))
+            for one in itertools.chain.from_iterable(known):
+                curves.setdefault(one.curve, []).append(label)
     try:
         largest = _largest([(p, *gumbels(mine, label)) for p, mine in states], years)
     except InputError as error:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
+from .fatigue import CurveText, SteelArea
 from .mesh_file import element_lengths
 from .quantities import Missing, Wrong
 from .section import Section, key
@@ -208,6 +209,12 @@ class Cable(Section):
     )
     breaking_load: BreakingLoad | None = key(
         "minimum breaking load (MBL); enables the utilisation output T/MBL", "N", default=None
+    )
+    steel_area: SteelArea | None = key(
+        "cross-section of the steel, of a chain pi d^2/2 of its bar d; for stresses in fatigue", "m^2", default=None
+    )
+    fatigue_curve: CurveText | None = key(
+        "fatigue curve by name, 'API studless', or its constant with a unit, '6e10 MPa^3'", default=None
     )
     damping: q.Damping = key(
         "internal (Kelvin-Voigt) damping c in T = EA e + c de/dt; finite EA only", "N s", default=0.0

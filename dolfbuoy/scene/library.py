@@ -8,8 +8,8 @@ numbers, and is complete without this module; what a cable or segment gives itse
 
 - Chain.  Breaking load c d^2 (44 - 0.08 d) kN, d in mm: IACS UR W22 and DNVGL-OS-E302 (offshore, R3 to R5), IACS UR W18
   (ships, grades 1 to 3).  Mass, stiffness and the diameter of its volume: Orcina, OrcaFlex help, "Chain".  Drag on d:
-  DNV-OS-E301.  `less` takes a corrosion allowance off d for the breaking load; mass, volume and stiffness are those of
-  the new chain.
+  DNV-OS-E301.  `less` takes a corrosion allowance off d for the breaking load and the steel's area; mass, volume and
+  stiffness are those of the new chain.
 - Wire (spiral strand in a sheath) and fibre ropes.  Mass, breaking load, stiffness and density: MoorPy,
   MoorProps_default (Hall et al., NREL).  Stiffness of fibre ropes is the static one; drag on d: DNV-OS-E301, added
   mass: Bureau Veritas NR 493.
@@ -74,6 +74,11 @@ def material(name: str) -> dict[str, Any] | None:
     return _chain(name, found[1], found[2], *sizes) if is_chain else _rope(found[1], sizes[0] * 1e-3)
 
 
+def chain_strength(factor: float, d: float) -> float:
+    """Breaking load of a chain [N]; factor: of its grade [kN/mm^2], d: its bar [mm]."""
+    return 1e3 * factor * d**2 * (44 - 0.08 * d)
+
+
 def _chain(name: str, grade: str, link: str, size: float, less: float = 0.0) -> dict[str, Any]:
     if grade not in GRADES:
         raise InputError(f"material = {name!r}: must have one of the grades {', '.join(GRADES)}.")
@@ -88,7 +93,8 @@ def _chain(name: str, grade: str, link: str, size: float, less: float = 0.0) -> 
         "added_mass": 1.0,
         "normal_drag": across,
         "tangential_drag": along,
-        "breaking_load": 1e3 * GRADES[grade] * left**2 * (44 - 0.08 * left),
+        "breaking_load": chain_strength(GRADES[grade], left),
+        "steel_area": math.pi / 2 * (left * 1e-3) ** 2,
         "source": f"IACS UR {'W22' if grade[0] == 'R' else 'W18'}, OrcaFlex help, DNV-OS-E301; {_chosen('chain')}",
     }
 

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from . import quantities as q
 from .buoy import Buoy, BuoyStart, ExternalForce, Wind
 from .criteria import Criteria, check_criteria
+from .fatigue import Fatigue, check_fatigue
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
 from .network import Network, check_network, resolved
 from .petsc_options import checked
@@ -239,6 +240,7 @@ class Scene(Section):
     )
     design: Design | None = None
     criteria: Criteria | None = None
+    fatigue: Fatigue | None = None
     solver: Solver = Solver.model_construct()
 
     @model_validator(mode="after")
@@ -274,6 +276,7 @@ class Scene(Section):
         need("external_force", "buoy", "it acts on the buoy only")
         check_network(self)
         check_criteria(self)
+        check_fatigue(self)
         slack = {piece.section.slack for piece in self.network.pieces} - {"compressive"}
         if slack and self.time and self.time.scheme == "generalized-alpha" and self.time.spectral_radius > 0:
             # it keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap

@@ -21,9 +21,10 @@ from dolfbuoy.model.sea import elevation_at
 from dolfbuoy.results import extremes
 from dolfbuoy.results.offsets import smallest_circle
 from dolfbuoy.results.parts import alone
+from dolfbuoy.results.runs import set_of
 from dolfbuoy.results.sample import NUMBERS, Fatigue, binned, sample_of
 from dolfbuoy.results.series import Series, described
-from dolfbuoy.results.statistics import exceedance, set_of
+from dolfbuoy.results.statistics import exceedance
 from dolfbuoy.scene.waves import Waves
 
 # -- cycles ----------------------------------------------------------------------------------------------------------
@@ -439,7 +440,7 @@ def test_the_command_prints_and_writes(call, tmp_path, runs):
         folders.append(tmp_path / f"run{k}")
         folders[-1].mkdir()
         run.to_netcdf(folders[-1] / "results.nc")
-    arguments = [*folders, "--out", tmp_path / "st", "--exponent", "4", "--constant", "1e18", "--from", "200"]
+    arguments = [*folders, "--out", tmp_path / "st", "--exponent", "4", "--constant", "1e18 N^4", "--from", "200"]
     code, out, err = call("statistics", *arguments)
     assert (code, err) == (0, "")
     for words in ("12 runs, 1000 s from t = 200 s on", "Miner sum per year", "Most probable maximum of 3 h", "Offsets"):

@@ -97,6 +97,7 @@ HELD = {
     "accuracy": {},
     "design": {},
     "criteria": {"largest_anchor_force": 1e4},
+    "fatigue": {"curve": "1e15 N^3"},
 }
 FLOATING = {
     "buoy": {"mass": 400.0, "inertia": [100.0, 120.0], "center_of_mass": 0.5},

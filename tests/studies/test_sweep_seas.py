@@ -187,7 +187,7 @@ def test_a_sea_without_runs_is_named(swept, tmp_path):
 
 def test_the_command_shows_a_life(swept, call, tmp_path):
     folder, _ = swept
-    arguments = ["--scatter", folder / "table.csv", "--constant", "1e14", "--years", "20", "--out", tmp_path / "st"]
+    arguments = ["--scatter", folder / "table.csv", "--constant", "1e14 N^3", "--years", "20", "--out", tmp_path / "st"]
     code, out, err = call("statistics", folder, *arguments)
     assert (code, err) == (0, "")
     for words in ("A life in these seas, 70 % of the time", "once in 20 years", "set 1: 2 runs, 10 s from t = 2 s on"):
