@@ -146,16 +146,25 @@ def advise(
 
 @app.command()
 def report(
-    folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
-    quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="Folder of a run or a sweep.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", hidden=True)] = None,
 ) -> None:
-    """The price of accuracy: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
-    from ..elsewhere import MPI
-    from ..results.folder import claimed
-    from ..studies.accuracy.report import run as write_report
+    """Report of a run or a sweep, to sign: inputs, criteria, figures.  Example: dolfbuoy report results/short"""
+    if folder is None or out is not None:
+        raise InputError(
+            "DIR: must be the folder of a run or a sweep; the price of accuracy is dolfbuoy study accuracy."
+        )
+    if rank() != 0:
+        return
+    from ..page.report import report_of
+    from ..results.folder import enlist
+    from ..writing import write_text
 
-    with claimed(folder, MPI.COMM_WORLD):
-        write_report(folder, quick)
+    kind, text = report_of(folder)
+    file = folder / "report.html"
+    enlist(folder, [file], kind)
+    write_text(file, text)
+    cli.say(f"report to print and to sign: {file}")
 
 
 @app.command()

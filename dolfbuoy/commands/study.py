@@ -129,3 +129,17 @@ def hull(
     from ..studies.physics import hull as module
 
     _run("hull", module.study, out, **module.request(scene, runs, direction, capytaine))
+
+
+@studies.command()
+def accuracy(
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
+    quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
+) -> None:
+    """The price of accuracy: figures, tables, recommendations.  Example: dolfbuoy study accuracy --out results/a"""
+    from ..elsewhere import MPI
+    from ..results.folder import claimed
+    from ..studies.accuracy.report import run
+
+    with claimed(folder, MPI.COMM_WORLD):
+        run(folder, quick)

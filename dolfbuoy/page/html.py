@@ -29,19 +29,30 @@ def joined(children: Iterable[Any]) -> Markup:
     return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
 
 
-def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any], script: str) -> str:
+def page(
+    title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any] | None = None, script: str = ""
+) -> str:
     """The file of a page: title, lines below it, the button for the colours, the parts, and data for the script.
 
-    script: name of a module in this folder, which comes with those that it imports.
+    script: name of a module in this folder, which comes with those that it imports; without one the page may have
+    images in it.
     """
-    button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
+    button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet") if script else None
     top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
-    style, script = style_sheet(), _with_imports(script)
+    needs = tag("noscript", tag("p", "The replay and the charts need JavaScript, the tables do not.", class_="note"))
+    images, needs = ("", needs) if script else ("img-src data:; ", Markup(""))
+    style, script = style_sheet(), _with_imports(script) if script else ""
     known = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script)]
     sources = "style-src 'sha256-{}'; script-src 'sha256-{}'".format(*known)
-    policy = f"default-src 'none'; {sources}; base-uri 'none'; form-action 'none'"
-    parts = {"policy": policy, "title": html.escape(title), "style": style, "data": as_json(data), "script": script}
-    parts["body"] = joined([top, tag("main", *children)])
+    policy = f"default-src 'none'; {images}{sources}; base-uri 'none'; form-action 'none'"
+    parts = {
+        "policy": policy,
+        "title": html.escape(title),
+        "style": style,
+        "data": as_json(data or {}),
+        "script": script,
+    }
+    parts["body"] = joined([top, tag("main", *children), needs])
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
 
 

@@ -53,7 +53,7 @@ DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is not the program's: no file of the user's is removed because of it.
 _OWN = re.compile(
     "|".join(re.escape(name) for names in FILES.values() for name in names)
-    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|(calibrated|designed)\.toml"
+    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision|report)\.html|(calibrated|designed)\.toml"
     + r"|[\w-]+\.(csv|json|png|svg)"
 )
 

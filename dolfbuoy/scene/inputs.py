@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 from .section import Section, unit_of
 from .sections import Scene
 
+#: Keys on top that a page or report has in its heading.
+OF_REPORTS = ("title", "project", "author", "revision")
 #: Numbers of a list that are shown; of more only how many there are.
 MOST_NUMBERS = 12
 
@@ -27,8 +29,8 @@ def inputs_of(scene: Scene) -> list[Input]:
 def _within(section: Section, path: str) -> Iterator[Input]:
     inner = []
     for name, info in type(section).model_fields.items():
-        value = getattr(section, name)
-        if value is None or value == info.default or (name == "title" and not path):
+        value, stands = getattr(section, name), getattr(section, "resolved", section).model_fields.get(name, info)
+        if value is None or value in (info.default, stands.default) or (not path and name in OF_REPORTS):
             continue
         here = f"{path}.{name}".strip(".")
         if parts := _sections(value):

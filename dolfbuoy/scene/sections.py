@@ -219,6 +219,9 @@ class Scene(Section):
     """A complete scene."""
 
     title: q.Title = key("title of the scene in figures and tables", default="")
+    project: q.Title = key("project that reports name", default="")
+    author: q.Title = key("author that reports name", default="")
+    revision: q.Title = key("revision that reports name", default="")
     gravity: q.Gravity = key("gravitational acceleration", "m/s^2", default=9.81)
     sea: Sea | None = None
     cable: Cables | None = None

@@ -25,6 +25,7 @@ from ..results.statistics import collect
 from ..results.sweep_figure import draw
 from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, in_words, latin_hypercube, with_seeds
+from ..version import __version__
 from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
 from .study import Row
@@ -285,7 +286,12 @@ def _written(planned: Plan, folder: Path) -> xr.Dataset:
     dataset = collect(rows)
     about = {"units": "1", "long_name": "part of the steps that failed and were retried with smaller ones"}
     dataset["cut_steps"] = "case", np.array(cut), about
-    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
+    dataset.attrs |= {
+        "version_dolfbuoy": __version__,
+        "title": planned.base.title,
+        "scene": planned.base.to_toml(),
+        "source": printable(planned.source),
+    }
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):
         about = {"long_name": "folder of the record, from that of the sweep"}

@@ -56,7 +56,7 @@ MADE = {
         words="Beside commit af51f78; results of `short` and `long` are compared with b2f6111, since physics has "
         "changed before it. Median of five (smallest to largest).",
     ),
-    "accuracy": Made("", ("dolfbuoy report --out {out}",), "report.md", (*_FRONTS, "schemes.png")),
+    "accuracy": Made("", ("dolfbuoy study accuracy --out {out}",), "report.md", (*_FRONTS, "schemes.png")),
     "energy": Made("Energy balance", ("dolfbuoy study energy --out {out}",)),
     "slack": Made("Both slack laws", ("python -m tests.verification.slack --out {out}",)),
     "regularisation": Made("Regularisations", ("python -m tests.verification.regularisation short --out {out}",)),

@@ -247,14 +247,14 @@ UNWRITABLE = {
 
 
 @pytest.mark.parametrize("case", UNWRITABLE)
-@pytest.mark.parametrize("command", ["run", "static", "sweep", "advise", "study effects", "report"])
+@pytest.mark.parametrize("command", ["run", "static", "sweep", "advise", "study effects", "study accuracy"])
 def test_what_cannot_be_written_is_found_first(call, files, monkeypatch, case, command):
     """Before a form is compiled; as root too."""
     from dolfbuoy.model.problem import Problem
 
     monkeypatch.setattr(Problem, "__init__", None)
     path, reason = UNWRITABLE[case]
-    options = [] if command == "report" else ["chain.toml"]
+    options = [] if command == "study accuracy" else ["chain.toml"]
     options += ["--vary", "gravity=5,6"] if command == "sweep" else []
     refused(call(*command.split(), *options, "--out", path), path, reason)
 

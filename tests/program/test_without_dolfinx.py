@@ -46,7 +46,7 @@ NEED = (
     ["run", "short"],
     ["sweep", "short", "--vary", "gravity=1,2"],
     ["advise", "short"],
-    ["report"],
+    ["study", "accuracy"],
     ["study", "inf-sup"],
 )
 BAD = (["check", "nowhere"], ["check", "short", "--set", "gravity=-1"])

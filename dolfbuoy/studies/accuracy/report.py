@@ -1,4 +1,4 @@
-"""`dolfbuoy report`: all numbers of the README on accuracy and time, from one command.
+"""`dolfbuoy study accuracy`: all numbers of the README on accuracy and time, from one command.
 
 For each of the paper's scenes, on a shortened run:
 

@@ -212,7 +212,7 @@ def markdown(facts: Row) -> str:
         *(["**A quick trial of the report: its numbers are not worth quoting.**"] if facts["quick"] else []),
         f"Runs are shortened: {ends}. Errors are differences from a finer reference over that window, rms and of the "
         "maximum, relative to the range of the quantity in it. Times are those of the stepping loop, median of "
-        f"{scenes[0]['repeats']}, one core ({facts['machine']}). Made by `dolfbuoy report`.",
+        f"{scenes[0]['repeats']}, one core ({facts['machine']}). Made by `dolfbuoy study accuracy`.",
         *map(_scene, scenes),
         "## Element pairs",
         f"Static errors (Fig. 2, Neumann end, {cells} elements), and their observed orders:",

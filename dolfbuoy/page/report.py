@@ -1,0 +1,286 @@
+"""The report of a run or a sweep: what was computed, with which inputs, and whether its criteria are met; on paper."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..check import derived
+from ..errors import InputError
+from ..results import criteria as judging
+from ..results.after_ramp import Missing, TooShort, scene_of
+from ..results.record import fitting, read
+from ..results.summary import summary, warnings
+from ..results.tables import rounded, unit_of
+from ..scene.inputs import inputs_of
+from . import html
+from .html import Markup, paragraphs, section, table, tag
+from .run_page import worth
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..results.style import Figure
+    from ..scene import Scene
+
+#: Figures of a run in its report, in this order, with their captions; of several lines or buoys those of the first.
+FIGURES = {
+    "snapshot": "The system at the end of the run.",
+    "tension": "Tension at both ends of the line.",
+    "envelope": "Least, mean and largest tension along the line after the ramp.",
+    "trajectory": "Path of the buoy's centre of mass C from above and from the side.",
+    "heave": "Heights of C and of the water above it.",
+    "cone_angle": "Lean of the buoy.",
+    "curvature": "Curvature along the line.",
+}
+#: Cases of a sweep that are listed.
+MOST_CASES = 200
+
+
+def report_of(folder: Path) -> tuple[str, str]:
+    """(kind of the result, HTML of its report) of the folder of a run or of a sweep.  Raises InputError."""
+    if os.path.isfile(folder / "sweep.nc"):
+        with fitting(folder / "sweep.nc"):
+            return "sweep", of_sweep(read(folder / "sweep.nc"), folder)
+    if not os.path.isfile(folder / "results.nc"):
+        raise InputError(f"{folder} holds neither a run nor a sweep: there is no results.nc and no sweep.nc in it.")
+    from ..results.paraview import read_run
+
+    record, scene = read_run(folder)
+    with fitting(folder / "results.nc"):
+        return "run", of_run(record, scene)
+
+
+def of_run(record: xr.Dataset, scene: Scene) -> str:
+    """HTML of the report of a run."""
+    judged = judging.governing(judging.verdicts(record, scene))
+    warned = list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))
+    return html.page(
+        scene.title or "Report of a run",
+        [],
+        _sheet(
+            _revision(scene, record.attrs),
+            _conclusion(scene, judged),
+            html.warnings(warned),
+            _inputs(scene, [("run", f"{_duration(scene)}, {_sea(scene)}")]),
+            _criteria(judged),
+            section("results", "Results", table(("quantity", "value", "unit"), summary(record, scene))),
+            _figures(_of_run(record, scene)),
+            worth(record, scene),
+            _appendix(scene, record.attrs),
+        ),
+    )
+
+
+def of_sweep(dataset: xr.Dataset, folder: Path) -> str:
+    """HTML of the report of a sweep, with the statistics of its cases where they go beyond their ramp."""
+    from ..results.sweep_figure import draw
+
+    scene = scene_of(dataset)
+    found = _statistics(folder)
+    judged = [] if found is None else found[1]
+    notes = [] if found is None else [line for line in found[0].attrs["notes"].split("\n") if line]
+    done = int((dataset.status == "done").sum())
+    failed = [f"{dataset.sizes['case'] - done} of {dataset.sizes['case']} cases have no result."]
+    return html.page(
+        dataset.attrs.get("title") or "Report of a sweep",
+        [],
+        _sheet(
+            _revision(scene, dataset.attrs),
+            _conclusion(scene, judged),
+            html.warnings([*(failed if done < dataset.sizes["case"] else []), *derived(scene).warnings]),
+            _inputs(scene, _cases(dataset)),
+            _criteria(judged),
+            None if found is None else _extremes(found[0], notes),
+            _figures([("mean and range of every case", draw(dataset))]),
+            section("settings", "Settings", table(("setting", "value"), _settings(scene))),
+            _appendix(scene, dataset.attrs),
+        ),
+    )
+
+
+# -- parts -------------------------------------------------------------------------------------------------------------
+
+
+def _sheet(*parts: Markup | None) -> Markup:
+    """All parts in one column."""
+    return tag("div", *parts, class_="sheet")
+
+
+def _revision(scene: Scene, attributes: dict[str, Any]) -> Markup:
+    """Who signs what, and the program that computed it."""
+    named = [(name, getattr(scene, name)) for name in ("project", "author", "revision")]
+    program = f"dolfbuoy {attributes.get('version_dolfbuoy', '')}".strip()
+    rows = [(name, text) for name, text in [*named, ("computed", attributes.get("created", ""))] if text]
+    return section("revision", "Report", table(("", ""), [*rows, ("program", program)]))
+
+
+def _conclusion(scene: Scene, judged: list[judging.Verdict]) -> Markup:
+    """Verdict on all criteria, and a sentence on each that is not met."""
+    missed = judging.never_met(judged)
+    if scene.criteria is None:
+        said = ["No criteria were given: [criteria] in the scene names them."]
+    elif not judged:
+        said = ["The criteria were not judged: no case has numbers after its ramp, by this version of the program."]
+    elif not missed:
+        least = min(judged, key=lambda one: (one.use, one.margin))
+        left = f"; {least.criterion} is the closest ({least.says})" if math.isfinite(least.use) else ""
+        said = [f"All {len(judged)} criteria are met{left}."]
+    else:
+        said = [f"{len(missed)} of {len(judged)} criteria are not met.", *missed]
+    return section("conclusion", "Conclusion", paragraphs(said))
+
+
+def _criteria(judged: list[judging.Verdict]) -> Markup | None:
+    rows = [one.row() for one in judged]
+    return section("criteria", "Criteria", table(judging.HEADINGS, rows)) if rows else None
+
+
+def _inputs(scene: Scene, cases: Iterable[tuple[str, str]]) -> Markup:
+    """The scene in words, its values, sources of its materials, and the load cases."""
+    values = [row for row in inputs_of(scene) if row.section != "criteria"]
+    sources = [(name, m.source) for name, m in (scene.material or {}).items() if m.source]
+    return section(
+        "inputs",
+        "Inputs",
+        paragraphs(in_words(scene)),
+        tag("h3", "Load cases"),
+        table(("case", "load"), cases),
+        tag("h3", "Values"),
+        table(("section", "what", "value", "unit"), values),
+        *([tag("h3", "Sources"), table(("material", "source"), sources)] if sources else []),
+    )
+
+
+def in_words(scene: Scene) -> list[str]:
+    """Sentences about what a scene is: its lines, its buoys, the water, the wind."""
+    network, found = scene.network, []
+    water = f"{scene.sea.depth:g} m of water" if scene.sea else "air"
+    bed = ", lying on the sea bed where it touches it" if scene.seabed else ""
+    for number, name in enumerate(network.cables):
+        sections = network.sections_of(number)
+        low, high = network.ends_of(number)
+        length = sum(one.length for one in sections)
+        made = f" in {len(sections)} segments" if len(sections) > 1 else ""
+        called = f"Line {name}" if len(network.cables) > 1 else "Line"
+        found.append(f"{called}: {length:g} m{made}, from {low} to {high}, in {water}{bed}.")
+    for name, buoy in network.buoys.items():
+        mass = buoy.mass + sum(point.mass for point in buoy.point_masses)
+        found.append(f"{f'Buoy {name}' if len(network.buoys) > 1 else 'Buoy'}: {mass:g} kg.")
+    loads = [_sea(scene), *([f"wind of {scene.wind.speed_10m:g} m/s 10 m above the water"] if scene.wind else [])]
+    return [*found, f"Loads: {', '.join(loads)}."]
+
+
+def _sea(scene: Scene) -> str:
+    """Waves and current in words."""
+    waves, current, parts = scene.waves, scene.current, []
+    if waves is None:
+        parts.append("no waves")
+    elif waves.irregular:
+        height = f" of Hs = {waves.significant_height:g} m" if waves.significant_height else ""
+        parts.append(f"an irregular sea{height}, period {waves.main_period:.4g} s, seed {waves.seed}")
+    else:
+        parts.append(f"regular waves of {2 * waves.size:g} m and {waves.main_period:g} s")
+    if current is not None:
+        speed = "by depth" if current.speed is None else f"of {current.speed:g} m/s"
+        parts.append(f"a current {speed} towards {current.direction_deg:g} degrees")
+    return ", ".join(parts)
+
+
+def _duration(scene: Scene) -> str:
+    return f"{scene.time.end:g} s" if scene.time else ""
+
+
+def _cases(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Each case of a sweep: what varies, and how it ended."""
+    keys = dataset.attrs["varied"].split(", ")
+    for i in range(min(dataset.sizes["case"], MOST_CASES)):
+        one = dataset.isel(case=i)
+        varied = ", ".join(f"{key} = {one[key.replace('.', '_')].item()}" for key in keys)
+        left = one.criterion_left.item() if "criterion_left" in one else math.nan
+        word = "" if math.isnan(left) else f"; {one.criterion.item()}: {rounded(left)} % left"
+        yield str(i + 1), f"{varied} ({one.status.item()}{word})"
+    if dataset.sizes["case"] > MOST_CASES:
+        yield "...", f"and {dataset.sizes['case'] - MOST_CASES} more"
+
+
+def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None:
+    """Statistics of all cases together, and the verdicts that govern; None if none ran beyond its ramp."""
+    from ..results.runs import runs_of
+    from ..results.sample import Fatigue
+    from ..results.statistics import together
+
+    try:
+        runs = runs_of([folder])
+    except InputError:
+        return None
+    return together(runs, Fatigue()), judging.governing(judging.over_cases((run.name, run.sample) for run in runs))
+
+
+def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
+    """Table of the largest and smallest of every quantity of all cases, with the most probable extreme of a set."""
+    from ..results.quantities import shown_in
+    from ..results.series import each_series
+
+    rows = []
+    for label, name, one in each_series(found, "mean", shown_in("statistics")):
+        low, high = (one[f"{name}_{word}"].values for word in ("minimum", "maximum"))
+        if not np.isfinite(high).any():
+            continue
+        unit, factor = unit_of([low, high], one[f"{name}_mean"].attrs["units"])
+        case = str(one.run.values[int(np.nanargmax(high))])
+        probable = one[f"{name}_most_probable"].values[:, 0] if f"{name}_most_probable" in one else np.array([np.nan])
+        text = rounded(factor * np.nanmax(probable), 4) if np.isfinite(probable).any() else ""
+        numbers = [rounded(factor * float(x), 4) for x in (np.nanmin(low), np.nanmax(high))]
+        rows.append((label.replace("_", " "), *numbers, unit, case, text))
+    heading = ("quantity", "least", "largest", "unit", "largest in", "most probable maximum of 3 h")
+    return section("extremes", "Extremes after the ramp", table(heading, rows), paragraphs(notes))
+
+
+def _settings(scene: Scene) -> list[tuple[str, str]]:
+    from ..scene.sections import SCHEMES
+
+    time = scene.time
+    return [("scheme", SCHEMES[time.scheme]), ("step", f"{time.step:g} s")] if time else []
+
+
+def _of_run(record: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Figure]]:
+    """(what it shows, figure) of a run, those that it has data for."""
+    from ..results import figures  # noqa: F401  # which register themselves
+    from ..results.parts import names_of
+    from ..results.style import FIGURES as KNOWN
+
+    for name, caption in FIGURES.items():
+        if (draw := KNOWN.get(name)) is None:
+            continue
+        part = next(iter(names_of(record, draw.part)), None) if draw.part else None
+        try:
+            figure = draw(record, scene, **({draw.part: part} if part else {}))
+        except (Missing, TooShort):
+            continue
+        several = draw.part is not None and len(names_of(record, draw.part)) > 1
+        yield f"{caption[:-1]} {part}." if several else caption, figure
+
+
+def _figures(every: Iterable[tuple[str, Figure]]) -> Markup:
+    """Figures as images in the page, with what they show."""
+    shown = []
+    for words, figure in every:
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=150)
+        source = f"data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}"
+        image = tag("img", src=source, alt=words).removesuffix("</img>")
+        shown.append(tag("figure", Markup(image), tag("figcaption", words)))
+    return section("figures", "Figures", *shown)
+
+
+def _appendix(scene: Scene, attributes: dict[str, Any]) -> Markup:
+    """Versions, and the scene that reproduces it."""
+    return tag("div", html.versions(attributes), html.scene(scene.to_toml()), class_="grid")
