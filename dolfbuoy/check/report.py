@@ -12,6 +12,7 @@ from ..model.effects import names as effects_of
 from ..model.feasible import check_feasible
 from ..model.prescribed_ends import overshoot
 from ..model.problem import Problem
+from ..parallel.ranks import bcast
 from ..scene import Scene, load_scene
 from ..scene.cable import Top
 from ..scene.network import Network
@@ -132,6 +133,8 @@ def _at_rest(problem: Problem, report: Report) -> None:
     if problem.lines:
         lines_at_rest(problem, report)
         buoys_at_rest(problem, report)
+    if scene.criteria is not None:
+        _judged(problem, report)
     if scene.buoys and scene.sea and scene.gravity:
         from ..linear.periods import moored_periods  # and scipy, for which no run should wait
 
@@ -139,3 +142,19 @@ def _at_rest(problem: Problem, report: Report) -> None:
     sizes = {(b.name, b.unit): tolerance * b.unknown_size(1.0, tolerance) for b in problem.system.blocks if b.unit}
     for (name, unit), size in sizes.items():
         report.add(f"tolerance of {name}", size, unit)
+
+
+def _judged(problem: Problem, report: Report) -> None:
+    """Add what the criteria say of the equilibrium."""
+    from ..results.criteria import governing, never_met, verdicts
+    from ..results.observe import Observer
+    from ..results.record import dataset_of
+
+    observer = Observer(problem)
+    values = observer.values(problem.end_forces())
+    judged = verdicts(dataset_of(values, {}, {}, observer.labels()), problem.scene) if problem.comm.rank == 0 else []
+    judged = bcast(problem.comm, governing(judged))
+    for one in judged:
+        report.add(f"at rest: {one.criterion}", one.value, one.unit, one.says)
+    for sentence in never_met(judged):
+        report.warn(True, f"At rest already: {sentence}")

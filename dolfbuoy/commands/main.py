@@ -85,6 +85,7 @@ def static(
     if rank() == 0:
         title = f"Equilibrium, {folder / 'static.nc'}"
         cli.print_table(title, ("quantity", "value", "unit"), static_rows(record, loaded))
+        cli.print_criteria(record, loaded)
         cli.say_warnings(static_warnings(record, loaded))
 
 

@@ -228,4 +228,5 @@ def _print_summary(record: "xr.Dataset", scene: "Scene", folder: Path) -> None:
 
     title = f"\n{scene.title or 'Run'}, {folder / 'results.nc'}"
     cli.print_table(title, ("quantity", "value", "unit"), results.summary(record, scene))
+    cli.print_criteria(record, scene)
     cli.say_warnings(results.warnings(record, scene))

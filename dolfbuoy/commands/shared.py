@@ -16,6 +16,7 @@ from ..results.tables import out, table
 from ..writing import GIVEN, refuse_link
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
     from ..scene import Scene
@@ -89,6 +90,14 @@ def print_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]
     for row in rows:
         shown.add_row(*row)
     out.print(shown)
+
+
+def print_criteria(record: "xr.Dataset", scene: "Scene") -> None:
+    """Print what governs of each criterion of a scene, if it has any."""
+    from ..results.criteria import HEADINGS, governing, verdicts
+
+    if judged := governing(verdicts(record, scene)):
+        print_table("\nCriteria", HEADINGS, [one.row() for one in judged])
 
 
 def say(*sentences: str) -> None:

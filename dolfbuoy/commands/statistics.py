@@ -1,5 +1,6 @@
 """`dolfbuoy statistics`: statistics of runs, their ramps left out."""
 
+import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -138,7 +139,8 @@ def _point(text: str | None) -> tuple[float, float] | None:
 
 
 def show(found: "xr.Dataset", folder: Path) -> None:
-    """Print the tables of every set."""
+    """Print the tables of every set, and what governs of the criteria."""
+    from ..results.criteria import HEADINGS
     from ..results.quantities import shown_in
     from ..results.series import each_series
 
@@ -152,6 +154,8 @@ def show(found: "xr.Dataset", folder: Path) -> None:
                 print_table(title, headings, rows)
     if found.sizes["set"] > MOST_SETS:
         say(f"... and {found.sizes['set'] - MOST_SETS} sets more")
+    if "criteria" in found.attrs:
+        print_table("\nCriteria", HEADINGS, json.loads(found.attrs["criteria"]))
     say(*filter(None, found.attrs["notes"].split("\n")))
 
 

@@ -122,14 +122,16 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
 
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     found = each_series(dataset, "maximum", shown_in("sweep"))
-    shown = [(label, one[f"{name}_maximum"]) for label, name, one in found]
+    shown = [(f"{label} max", one[f"{name}_maximum"]) for label, name, one in found]
+    if "criterion_left" in dataset:
+        shown.append(("left of criteria", dataset.criterion_left))
     units = [unit_of(values.values, values.attrs["units"]) for _, values in shown]
-    titles = [f"{n.replace('_', ' ')} max [{unit}]" for (n, _), (unit, _) in zip(shown, units, strict=True)]
+    titles = [f"{n.replace('_', ' ')} [{unit}]" for (n, _), (unit, _) in zip(shown, units, strict=True)]
     names = [key.replace("_", " ") for key in keys]  # words may be wrapped
     rows = []
     for i in range(min(dataset.sizes["case"], MOST_ROWS)):
         row = dataset.isel(case=i)
-        values = [f"{factor * of[i].item():.5g}" for (_, of), (_, factor) in zip(shown, units, strict=True)]
+        values = [rounded(factor * of[i].item(), 5) for (_, of), (_, factor) in zip(shown, units, strict=True)]
         rows.append([*(str(row[k].item()) for k in keys), *values, row.status.item()])
     cli.print_table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", [*names, *titles, "status"], rows)
     if dataset.sizes["case"] > MOST_ROWS:

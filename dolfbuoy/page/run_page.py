@@ -13,6 +13,7 @@ from ..errors import InputError, SolveError
 from ..results.after_ramp import scene_of
 from ..results.attitude import length
 from ..results.bars import rows_of
+from ..results.criteria import HEADINGS, governing, verdicts
 from ..results.elasticities import columns_of_run, order_of, percent, value_of
 from ..results.frame import Frames
 from ..results.parts import parts_of
@@ -61,6 +62,7 @@ def run_page(
         tag(
             "div",
             html.section("matters", "What matters", matters),
+            criteria(record, scene),
             worth(record, scene),
             None if slopes is None else movers(slopes, scene),
             tag("div", html.scene(scene.to_toml()), html.versions(record.attrs), class_="wide"),
@@ -80,6 +82,12 @@ def inputs(scene: Scene, effects: str) -> Markup:
         table(("section", "what", "value", "unit"), rows),
     )
     return section("inputs", "Inputs", folded, paragraphs([f"Effects: {effects}"] if effects else []))
+
+
+def criteria(record: xr.Dataset, scene: Scene) -> Markup | None:
+    """The section: what governs of each criterion; None of a scene without."""
+    judged = governing(verdicts(record, scene))
+    return section("criteria", "Criteria", table(HEADINGS, [one.row() for one in judged])) if judged else None
 
 
 def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:

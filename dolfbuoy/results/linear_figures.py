@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Lines of several buoys.
 STYLES = ("-", "--", ":", "-.")
+#: Directions that a legend names.
+MOST_NAMED = 12
 #: How states that are no good are marked.
 MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
 
@@ -53,7 +55,7 @@ def offset_curves(dataset: xr.Dataset, anchors: Iterable[tuple[float, ...]] = ()
         right.set(xlabel="x [m]", ylabel="y [m]")
         right.set_aspect("equal", adjustable="datalim")
         handles = _legend(dataset, directions, colours)
-        legend_below(figure, 0.25, len(handles), handles)
+        legend_below(figure, 0.16 * -(-len(handles) // 6) + 0.09, min(len(handles), 6), handles)
     return figure
 
 
@@ -77,8 +79,8 @@ def _plan(axes: Any, dataset: xr.Dataset, sizes: NDArray[Any], directions: NDArr
 
 
 def _legend(dataset: xr.Dataset, directions: NDArray[Any], colours: NDArray[Any]) -> list[Any]:
-    """Some of the directions, the buoys if there are several, and the marks that there are."""
-    shown = range(0, len(directions), -(-len(directions) // 4))
+    """The directions, of many some; the buoys if there are several, and the marks that there are."""
+    shown = range(0, len(directions), -(-len(directions) // MOST_NAMED))
     found = [Line2D([], [], color=colours[i], marker=".", label=f"towards {directions[i]:g}°") for i in shown]
     if dataset.sizes.get("buoy", 0) > 1:
         named = zip(dataset.buoy.values.tolist(), itertools.cycle(STYLES))
@@ -89,8 +91,8 @@ def _legend(dataset: xr.Dataset, directions: NDArray[Any], colours: NDArray[Any]
     return found
 
 
-#: So many curves of a panel have their names next to them; of more, small in columns above them.
-FEW = 4
+#: So many curves of a panel have their names in one row above them; of more, small in columns.
+FEW = 3
 #: Panels of motions: title, motions, factor, unit.
 PANELS = (
     ("translation", ("surge", "sway", "heave"), 1.0, "m/m"),
@@ -129,13 +131,11 @@ def amplitudes(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, 
 
 
 def _name(axes: Any) -> None:
-    labels = [label.replace("_", " ").replace("tension ", "") for label in axes.get_legend_handles_labels()[1]]
-    if len(labels) <= FEW:
-        axes.legend(loc="upper right")
-        return
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + (0.08 * -(-len(labels) // 2)) * (high - low))
-    axes.legend(labels=labels, loc="upper center", ncols=2, fontsize=6, columnspacing=1.0, handlelength=1.2)
+    handles, names = axes.get_legend_handles_labels()
+    labels = [name.replace("_", " ").replace("tension ", "") for name in names]
+    small = {} if len(labels) <= FEW else {"fontsize": 6, "handlelength": 1.2}
+    where = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0.1, "columnspacing": 1.0}
+    axes.legend(handles, labels, ncols=3 if len(labels) <= FEW else 2, **where, **small)
 
 
 def _of_buoys(dataset: xr.Dataset, names: tuple[Any, ...]) -> list[tuple[str, str, xr.Dataset]]:

@@ -4,7 +4,7 @@ All that counts is after the ramp.  A sample is a plain dict, so that a store of
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
      "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
-     "parted": which lines have, where and when, if any have,
+     "parted": which lines have, where and when, if any have, "criteria": verdicts, if the scene has criteria,
      "strength": {label: {"breaking_load", "steel_area", "curve": as far as the scene gives them}} of tensions,
      "fatigue": {"corrosion", "safety_factor"} of a scene with [fatigue]}
 """
@@ -26,6 +26,7 @@ from ..scene.fatigue import Curve, curve_of, curve_on
 from ..scene.quantities import Missing, Wrong
 from ..scene.settings import ramp_of
 from .bars import by_label
+from .criteria import kept, verdicts
 from .offsets import corners
 from .parts import names_of
 from .places import piece_of
@@ -87,6 +88,8 @@ def sample_of(
             found["series"].get(label, {}).update(bars)
     if tracks:
         found["corners"] = {name: corners(track).tolist() for name, track in tracks.items()}
+    if scene.criteria is not None:
+        found["criteria"] = kept(verdicts(record, scene, start))
     strength = {label: line for label in found["cycles"] if (line := _strength(label, scene))}
     found |= {"strength": strength} if strength else {}
     if scene.fatigue is not None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..scene.variants import in_words, probabilities
 from .bars import STATISTICS as BARS
+from .criteria import governing, over_cases
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
 from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
@@ -37,11 +38,26 @@ def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
+    data |= _judged(rows)
     columns = Columns(label for row in rows for label in row["statistics"])
     known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
     numbers = [*STATISTICS, *sorted(known - set(STATISTICS))]  # and error bars, where the scene estimates them
     data |= columns.table([row["statistics"] for row in rows], numbers, "case")
     return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
+
+
+def _judged(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The criterion that governs each case, and what is left of its limit (negative: it is missed)."""
+    every = [governing(over_cases([("", row)])) for row in rows]
+    worst = [min(found, key=lambda one: one.use, default=None) for found in every]
+    if not any(worst):
+        return {}
+    names = [f"{one.criterion} {one.part}".strip() if one else "" for one in worst]
+    left = [100 * one.use if one else np.nan for one in worst]
+    return {
+        "criterion": ("case", np.array(names, dtype=object), {"long_name": "the criterion that governs, and its part"}),
+        "criterion_left": ("case", left, unit_and_name("%", "left of its limit; negative: missed")),
+    }
 
 
 def _column(values: list[Any]) -> NDArray[Any]:
@@ -107,6 +123,8 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
         "covered": COVERED,
     }
     attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
+    if judged := governing(over_cases((run.name if len(runs) > 1 else "", run.sample) for run in runs)):
+        attributes["criteria"] = json.dumps([one.row() for one in judged])
     attributes["notes"] = "\n".join([*_parted(runs), *notes, *_about(curves)])
     return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 

@@ -15,6 +15,7 @@ from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
 from . import bars, cautions
 from .cautions import states_of
+from .criteria import never_met, verdicts
 from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
 from .running import maximum, minimum, never_parted, rows_of, warnings_of
@@ -197,6 +198,7 @@ def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
+    found += never_met(verdicts(record, scene))
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
     return found + cautions.about_retries(record, scene)
 

@@ -13,6 +13,7 @@ from . import style
 from .quantities import shown_in
 from .series import each_series
 from .style import COLORS, PAGE, STYLE, Figure, matplotlib, new_figure
+from .tables import unit_of
 
 MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
@@ -29,7 +30,8 @@ def draw(dataset: xr.Dataset) -> Figure:
     label, groups = _groups(dataset)
     width = 0.015 * max(np.ptp(np.concatenate([x for _, x, _ in groups])), 1e-12)
     for axis, (text, name, one) in zip(axes, series, strict=False):
-        mean, low, high = (one[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
+        unit, factor = unit_of(one[f"{name}_maximum"].values, one[f"{name}_mean"].attrs["units"])
+        mean, low, high = (factor * one[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
         for k, (group, x, cases) in enumerate(groups):
             good = np.isfinite(mean.values[cases])
             cases = cases[good]
@@ -42,7 +44,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             else:
                 reach = np.maximum([middle - ends[0], ends[1] - middle], 0.0)  # rounding of the mean
                 axis.errorbar(place, middle, reach, fmt="o", markersize=3.5, capsize=2.5, label=group)
-        axis.set_ylabel(f"{text.replace('_', ' ')} [{mean.attrs['units']}]")
+        axis.set_ylabel(f"{text.replace('_', ' ')} [{unit.replace('degree', '°')}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
         axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
 from .buoy import Buoy, BuoyStart, ExternalForce, Wind
+from .criteria import Criteria, check_criteria
 from .fatigue import Fatigue, check_fatigue
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
 from .network import Network, check_network, resolved
@@ -238,6 +239,7 @@ class Scene(Section):
         "1 sigma of numbers by their keys: 20.0, '20%', 'lognormal 20%' or 'uniform 5%'", "1", default=None
     )
     design: Design | None = None
+    criteria: Criteria | None = None
     fatigue: Fatigue | None = None
     solver: Solver = Solver.model_construct()
 
@@ -273,6 +275,7 @@ class Scene(Section):
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         check_network(self)
+        check_criteria(self)
         check_fatigue(self)
         slack = {piece.section.slack for piece in self.network.pieces} - {"compressive"}
         if slack and self.time and self.time.scheme == "generalized-alpha" and self.time.spectral_radius > 0:

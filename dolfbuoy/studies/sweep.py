@@ -279,6 +279,7 @@ def _written(planned: Plan, folder: Path) -> xr.Dataset:
     for case, found in zip(cases, store.results([key(case) for case in cases]), strict=True):
         result = found or MISSING
         rows.append(case | {name: result[name] for name in ("status", "statistics")})  # samples are large
+        rows[-1]["criteria"] = (result.get("sample") or {}).get("criteria", [])
         cut.append(result.get("cut", 0.0))
     enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)

@@ -96,6 +96,7 @@ HELD = {
     "time": {"end": 1.0, "step": 0.1},
     "accuracy": {},
     "design": {},
+    "criteria": {"largest_anchor_force": 1e4},
     "fatigue": {"curve": "1e15 N^3"},
 }
 FLOATING = {

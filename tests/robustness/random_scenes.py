@@ -109,6 +109,11 @@ LEFT_ALONE = {
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
     "accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds", "uncertain",
     "design.vary", "design.least", "design.hold", "design.case",
+    "criteria.safety", "criteria.safety_factor", "criteria.condition", "criteria.consequence_class",
+    "criteria.largest_offset", "criteria.largest_lean_deg", "criteria.least_freeboard", "criteria.no_uplift",
+    "criteria.largest_anchor_force", "criteria.limits",
+    "fatigue.curve", "fatigue.connectors", "fatigue.places", "fatigue.spacing", "fatigue.corrosion",
+    "fatigue.safety_factor", "cable.fatigue_curve", "cable.steel_area",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
 OF_NETWORKS = re.compile(
