@@ -133,7 +133,7 @@ def hull(
 
 @studies.command()
 def accuracy(
-    folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
+    out: Out = None,
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ) -> None:
     """The price of accuracy: figures, tables, recommendations.  Example: dolfbuoy study accuracy --out results/a"""
@@ -141,5 +141,6 @@ def accuracy(
     from ..results.folder import claimed
     from ..studies.accuracy.report import run
 
+    folder = out or Path("results/study-accuracy")
     with claimed(folder, MPI.COMM_WORLD):
         run(folder, quick)

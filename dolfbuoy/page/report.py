@@ -117,7 +117,7 @@ def _sheet(*parts: Markup | None) -> Markup:
 def _revision(scene: Scene, attributes: dict[str, Any]) -> Markup:
     """Who signs what, and the program that computed it."""
     named = [(name, getattr(scene, name)) for name in ("project", "author", "revision")]
-    program = f"dolfbuoy {attributes.get('version_dolfbuoy', '')}".strip()
+    program = attributes.get("computed_by") or f"dolfbuoy {attributes.get('version_dolfbuoy', '')}".strip()
     rows = [(name, text) for name, text in [*named, ("computed", attributes.get("created", ""))] if text]
     return section("revision", "Report", table(("", ""), [*rows, ("program", program)]))
 

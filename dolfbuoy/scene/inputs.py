@@ -27,9 +27,9 @@ def inputs_of(scene: Scene) -> list[Input]:
 
 
 def _within(section: Section, path: str) -> Iterator[Input]:
-    inner = []
+    inner, resolved = [], getattr(section, "resolved", type(section)).model_fields  # whose defaults hold
     for name, info in type(section).model_fields.items():
-        value, stands = getattr(section, name), getattr(section, "resolved", section).model_fields.get(name, info)
+        value, stands = getattr(section, name), resolved.get(name, info)
         if value is None or value in (info.default, stands.default) or (not path and name in OF_REPORTS):
             continue
         here = f"{path}.{name}".strip(".")

@@ -286,12 +286,8 @@ def _written(planned: Plan, folder: Path) -> xr.Dataset:
     dataset = collect(rows)
     about = {"units": "1", "long_name": "part of the steps that failed and were retried with smaller ones"}
     dataset["cut_steps"] = "case", np.array(cut), about
-    dataset.attrs |= {
-        "version_dolfbuoy": __version__,
-        "title": planned.base.title,
-        "scene": planned.base.to_toml(),
-        "source": printable(planned.source),
-    }
+    about = {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
+    dataset.attrs |= about | {"computed_by": f"dolfbuoy {__version__}"}
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):
         about = {"long_name": "folder of the record, from that of the sweep"}

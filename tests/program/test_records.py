@@ -262,7 +262,7 @@ dolfbuoy.simulate(json.loads(sys.argv[1]), out=sys.argv[2])
 
 
 def test_readable_while_running_and_after_a_kill(tmp_path):
-    scene = merged(SCENE, time={"end": 1000.0, "step": 0.02, "output_every": 0.1})
+    scene = merged(SCENE, time={"end": 20000.0, "step": 0.02, "output_every": 0.1})
     process = subprocess.Popen(
         [sys.executable, "-c", LONG_RUN, json.dumps(scene), str(tmp_path)],
         env={**os.environ, "OMP_NUM_THREADS": "1"},

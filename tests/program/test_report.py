@@ -7,6 +7,7 @@ import re
 
 import pytest
 from dynamics_helpers import MOORED, merged
+from every_key import shows
 
 import dolfbuoy
 from dolfbuoy import load_scene
@@ -44,6 +45,7 @@ def cells(text, first):
     return re.findall(r"<td>(.*?)</td>", row)
 
 
+@shows("project", "author", "revision")
 def test_who_signs_what(text):
     assert cells(text, "project") == ["Harbour &lt;b&gt;light&lt;/b&gt;"]
     assert (cells(text, "author"), cells(text, "revision")) == (["A. Engineer"], ["C2"])

@@ -92,7 +92,8 @@ def coefficients(section, *where):
 
 #: Drawn together with others by `scene_of`, or parts of a structure: they decide what is compiled.
 STRUCTURAL = {
-    "title", "cable.top.kind", "cable.top.position", "cable.position_degree", "cable.tension_degree", "cable.strain",
+    "title", "project", "author", "revision",
+    "cable.top.kind", "cable.top.position", "cable.position_degree", "cable.tension_degree", "cable.strain",
     "cable.strain_form", "cable.slack", "cable.tangential_froude_krylov", "buoy.hull", "buoy.inertia",
     "buoy.point_masses", "buoy.point_masses.mass", "buoy.point_masses.height", "waves.stretching", "current.profile",
     "waves.period_seen_from", "waves.spectrum", "waves.spectrum.frequency", "waves.spectrum.direction_deg",

@@ -211,7 +211,7 @@ def test_a_sweep_over_one_line_of_a_network(tmp_path):
     assert len(set(found.tension_top_maximum.sel(cable="port").values)) == 4
     labels = [axes.get_ylabel() for axes in draw(found).axes]
     assert labels == [
-        f"tension {end} of {cable} [N]" for end in ("top", "anchor") for cable in ("main", "port", "starboard")
+        f"tension {end} of {cable} [kN]" for end in ("top", "anchor") for cable in ("main", "port", "starboard")
     ]
 
 
