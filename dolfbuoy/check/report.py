@@ -133,7 +133,7 @@ def _at_rest(problem: Problem, report: Report) -> None:
     if problem.lines:
         lines_at_rest(problem, report)
         buoys_at_rest(problem, report)
-    if scene.criteria is not None:
+    if scene.criteria is not None or scene.anchor:
         _judged(problem, report)
     if scene.buoys and scene.sea and scene.gravity:
         from ..linear.periods import moored_periods  # and scipy, for which no run should wait
@@ -145,7 +145,7 @@ def _at_rest(problem: Problem, report: Report) -> None:
 
 
 def _judged(problem: Problem, report: Report) -> None:
-    """Add what the criteria say of the equilibrium."""
+    """Add what the criteria say of the equilibrium, and what anchors hold of it."""
     from ..results.criteria import governing, never_met, verdicts
     from ..results.observe import Observer
     from ..results.record import dataset_of
@@ -154,6 +154,9 @@ def _judged(problem: Problem, report: Report) -> None:
     values = observer.values(problem.end_forces())
     judged = verdicts(dataset_of(values, {}, {}, observer.labels()), problem.scene) if problem.comm.rank == 0 else []
     judged = bcast(problem.comm, governing(judged))
+    uses = bcast(problem.comm, values.get("anchor_use", np.zeros(0)))
+    for name, use in zip(observer.labels().get("anchor", ()), uses, strict=False):
+        report.add(f"at rest: part of what {name} holds", use, "", "above 1 it moves")
     for one in judged:
         report.add(f"at rest: {one.criterion}", one.value, one.unit, one.says)
     for sentence in never_met(judged):

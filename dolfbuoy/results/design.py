@@ -9,43 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.rigid import mass_properties
-from ..scene.network import End, Network
+from ..scene import Scene
+from ..scene.anchors import anchors_of, ends_of, given_anchors
 from .attitude import cone_angle
 from .quantities import Absent
 
 
-def anchors_of(network: Network) -> dict[str, list[tuple[int, int]]]:
-    """Name of an anchor -> [(cable, its end there: 0 at s = 0, 1 at s = L), ...].
-
-    Ends that stay where they are, not above the other end if that does so too: those at a fixed joint are one anchor of
-    its name, the others CABLE.from and CABLE.to.
-    """
-    found: dict[str, list[tuple[int, int]]] = {}
-    for cable, name in enumerate(network.cables):
-        ends = ends_of(network, cable)
-        for i, (end, other) in enumerate((ends, ends[::-1])):
-            if end.kind == "fixed" and (other.kind != "fixed" or _height(end) <= _height(other)):
-                found.setdefault(end.name or f"{name}.{('from', 'to')[i]}", []).append((cable, i))
-    return found
-
-
-def ends_of(network: Network, cable: int) -> tuple[End, End]:
-    """Lower and upper end of a cable."""
-    return network.pieces[network.first_of(cable)].ends[0], network.pieces[network.last_of(cable)].ends[1]
-
-
-def _height(end: End) -> float:
-    return end.position[2] if end.position else 0.0
-
-
 class Design:
-    """Readers of design numbers off the notes of a network.
+    """Readers of design numbers off the notes of a scene.
 
     anchors: see `anchors_of`.  centres: (x, y) of the mean of the anchors that hold each buoy [m], nan without any.
     """
 
-    def __init__(self, network: Network) -> None:
-        self.network, self.anchors = network, anchors_of(network)
+    def __init__(self, scene: Scene) -> None:
+        self.network = network = scene.network
+        self.anchors, self.given = anchors_of(network), given_anchors(scene)
         parts, places = network.parts(), {}
         for ends in self.anchors.values():
             cable, i = ends[0]
@@ -63,6 +41,24 @@ class Design:
             raise Absent("anchors")
         sums = [-sum(of_ends[i][..., cable, :] for cable, i in ends) for ends in self.anchors.values()]
         return np.stack(sums, axis=-2)
+
+    def needed_weight(self, pulls: NDArray[Any]) -> NDArray[Any]:
+        """Weights in water with which sinkers just stay, H/mu + V (..., anchor) [N].  Raises Absent unless all anchors
+        are sinkers."""
+        if not self.given or any(one.friction is None for one in self.given.values()):
+            raise Absent("sinkers")
+        friction = np.array([self.given[name].friction for name in self.anchors])
+        return np.asarray(np.hypot(pulls[..., 0], pulls[..., 1]) / friction + pulls[..., 2])
+
+    def use(self, pulls: NDArray[Any]) -> NDArray[Any]:
+        """Part of what anchors hold that the lines take (..., anchor): needed weight over weight of a sinker, H over
+        the holding capacity.  Raises Absent where it is not known what they hold."""
+        if not self.given:
+            raise Absent("anchors")
+        given = [self.given[name] for name in self.anchors]
+        of_pull = np.array([1 / (one.holding_capacity or (one.weight or 1) * (one.friction or 1)) for one in given])
+        of_lift = np.array([1 / one.weight if one.weight else 0.0 for one in given])
+        return np.asarray(np.hypot(pulls[..., 0], pulls[..., 1]) * of_pull + pulls[..., 2] * of_lift)
 
     def offset(self, position: NDArray[Any]) -> NDArray[Any]:
         """Horizontal distances of C from the middle of the anchors (..., buoy) [m].  Raises Absent if there are none

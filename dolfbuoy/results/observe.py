@@ -121,7 +121,7 @@ class Observer:
     ) -> None:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
-        self._design = Design(self.network)
+        self._design = Design(problem.scene)
         self._lying = np.zeros((len(self.network.cables), 4))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None

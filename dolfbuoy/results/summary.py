@@ -198,6 +198,7 @@ def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
+    found += _moved_anchors(record)
     found += never_met(verdicts(record, scene))
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
     return found + cautions.about_retries(record, scene)
@@ -210,6 +211,7 @@ def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:
         _of_lines(_left, at_once, scene)
         + _of_lines(_slack, record, scene)
         + _surfaced_bodies(record, scene)
+        + _moved_anchors(record)
         + states_of(record, scene)
     )
 
@@ -257,6 +259,21 @@ def _slack(record: xr.Dataset, _scene: Scene, _cable: int, sections: list[Cable]
 ABOVE = 0.01
 #: End of the warnings about parts above the water in a run whose equations have no surface.
 UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
+
+
+def _moved_anchors(record: xr.Dataset) -> list[str]:
+    """Sentences about anchors that would not have stayed where they are."""
+    if "anchor_use" not in record:
+        return []
+    found = []
+    for name in names_of(record, "anchor"):
+        use = record.anchor_use.sel(anchor=name)
+        if not (largest := float(use.max())) > 1:
+            continue
+        when = f" at t = {float(record.time[int(use.argmax('time'))]):g} s" if "time" in record.dims else ""
+        pulled = f"it is pulled with {largest:.4g} times what it holds{when}"
+        found.append(f"The anchor {name} would not hold: {pulled}; here it stays.")
+    return found
 
 
 def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:

@@ -11,6 +11,7 @@ import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
+from .anchors import Anchor, given_anchors
 from .buoy import Buoy, BuoyStart, ExternalForce, Wind
 from .criteria import Criteria, check_criteria
 from .fatigue import Fatigue, check_fatigue
@@ -211,8 +212,9 @@ def _as_list(value: Any) -> list[Any]:
 
 Cables = Annotated[list[Line], BeforeValidator(_as_list)]
 Buoys = Annotated[list[Buoy], BeforeValidator(_as_list)]
+Anchors = Annotated[list[Anchor], BeforeValidator(_as_list)]
 #: Tables of which a scene may have several, and of which one alone is spelled [cable] too.
-SEVERAL = ("cable", "buoy")
+SEVERAL = ("cable", "buoy", "anchor")
 
 
 class Scene(Section):
@@ -228,6 +230,7 @@ class Scene(Section):
     buoy: Buoys | None = None
     joint: list[Joint] | None = None
     vessel: list[Vessel] | None = None
+    anchor: Anchors | None = None
     library: str | None = key("TOML file of user-defined materials, one table of keys per name", default=None)
     material: dict[q.Name, Material] | None = None
     waves: Waves | None = None
@@ -278,6 +281,7 @@ class Scene(Section):
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         check_network(self)
+        given_anchors(self)
         check_criteria(self)
         check_fatigue(self)
         slack = {piece.section.slack for piece in self.network.pieces} - {"compressive"}

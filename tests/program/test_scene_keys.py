@@ -52,7 +52,7 @@ def test_every_key_is_described(key):
 BY_NAME = ("solver.petsc", "buoy.fairleads", "vessel.fairleads", "initial.points", "uncertain", "design.vary")
 NAMED = "material"
 #: Sections that may be a list of tables.
-SECTIONS = ("cable", "buoy", "joint", "vessel")
+SECTIONS = ("cable", "buoy", "joint", "vessel", "anchor")
 
 
 def leaves(tree, prefix=""):
@@ -97,6 +97,7 @@ HELD = {
     "accuracy": {},
     "design": {},
     "criteria": {"largest_anchor_force": 1e4},
+    "anchor": {"holding_capacity": 1e4},
     "fatigue": {"curve": "1e15 N^3"},
 }
 FLOATING = {

@@ -218,8 +218,8 @@ def test_units_of_the_record():
     units = {
         "N m": "anchor_moment end_moment cable_moment",
         "m-1": "largest_curvature curvature",
-        "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal end_tension mooring_force "
-        "cable_tension growth_weight place_tension "
+        "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal needed_weight end_tension "
+        "mooring_force cable_tension growth_weight place_tension "
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell place_s length_on_bed touchdown joint_position offset freeboard "
@@ -231,7 +231,7 @@ def test_units_of_the_record():
         "kg m2 s-1": "angular_momentum",
         "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
         "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell "
-        "utilisation bend_utilisation cable_utilisation_maximum growth_diameter growth_mass",
+        "utilisation anchor_use bend_utilisation cable_utilisation_maximum growth_diameter growth_mass",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
     found = {name: one.unit for name, one in over("time", "frame", "run", "").items()}
