@@ -170,10 +170,11 @@ def report(
 @app.command()
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
-    paraview: cli.ParaviewOption = True,
+    paraview: cli.ParaviewOption = False,
+    svg: cli.SvgOption = False,
     instants: cli.InstantsOption = 50,
 ) -> None:
-    """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
+    """Figures of a run, and files for ParaView.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
     from ..results.folder import is_edited
 
@@ -183,7 +184,7 @@ def plot(
         cli.say_warnings(
             [f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."]
         )
-    draw(folder, paraview, instants)
+    draw(folder, paraview, instants, svg)
 
 
 @app.command()

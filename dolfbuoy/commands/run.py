@@ -28,8 +28,9 @@ def run(
     folder: cli.OutOption = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run \\[s].")] = None,
     assign: cli.SetOption = None,
-    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
-    paraview: cli.ParaviewOption = True,
+    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")] = True,
+    paraview: cli.ParaviewOption = False,
+    svg: cli.SvgOption = False,
     instants: cli.InstantsOption = 50,
     page: Annotated[
         bool | None, typer.Option("--page/--no-page", help="Write page.html \\[default: unless --no-plot].")
@@ -65,7 +66,7 @@ def run(
             raise InputError(f"--of {of}: goes with --accuracy, of whose outputs it is.")
         requested["accuracy.of"] = of.split(",")
     shows: dict[str, Callable[[Path], None]] = (
-        {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
+        {"figures": partial(draw, paraview=paraview, instants=instants, svg=svg)} if plot else {}
     )
     shows |= {"page.html": partial(cli.page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
@@ -175,12 +176,12 @@ def _left(scene: "Scene", folder: Path) -> str:
     return f"Interrupted; what was computed until now is in {folder}, and {again} goes on."
 
 
-def draw(folder: Path, paraview: bool = True, instants: int = 50) -> None:
+def draw(folder: Path, paraview: bool, instants: int, svg: bool) -> None:
     """Figures and, if they are wanted, ParaView files of a run; a sentence on figures that it is too short for."""
     from ..results.figures import draw_all
     from ..results.paraview import export
 
-    figures = draw_all(folder, cli.say)
+    figures = draw_all(folder, cli.say, svg)
     exported = export(folder, instants) if paraview else []
     places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
     cli.say(f"{len(figures) + len(exported)} files in {places}")

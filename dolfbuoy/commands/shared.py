@@ -52,6 +52,7 @@ OutOption = Annotated[Path | None, out_option("results/NAME")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace results that are in the folder.")]
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 ParaviewOption = Annotated[bool, typer.Option("--paraview/--no-paraview", help="Write ParaView files too.")]
+SvgOption = Annotated[bool, typer.Option("--svg", help="Write each figure as SVG too.")]
 InstantsOption = Annotated[
     int, typer.Option("--instants", min=1, max=100_000, help="Written for ParaView, of those recorded.")
 ]

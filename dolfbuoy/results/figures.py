@@ -47,14 +47,14 @@ def __dir__() -> list[str]:
     return [*globals(), *FIGURES]
 
 
-def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
+def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None, svg: bool = True) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
     The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name after that
     of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
 
-    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  Raises
-    InputError if the folder holds no run.
+    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  svg:
+    whether each is written as SVG too.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     folder, written, notes = Path(folder), list[Path](), dict[str, None]()
@@ -71,7 +71,8 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
             except TooShort as reason:
                 notes[str(reason)] = None
                 continue
-            written += keep(figure, folder, f"{name}_{part.replace('-', '_')}" if part and len(parts) > 1 else name)
+            called = f"{name}_{part.replace('-', '_')}" if part and len(parts) > 1 else name
+            written += keep(figure, folder, called, svg=svg)
     for sentence in notes:
         say(sentence)
     return written

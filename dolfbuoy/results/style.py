@@ -102,28 +102,29 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Picture
     return figure
 
 
-def files_of(path: Path) -> list[Path]:
-    """path.png and path.svg."""
-    return [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")]
+def files_of(path: Path, svg: bool = True) -> list[Path]:
+    """path.png, and path.svg if it is wanted."""
+    return [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")[: 1 + svg]]
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
-    """Write path.png and path.svg."""
-    files = files_of(path)
+def save(figure: Figure, path: Path, svg: bool = True) -> list[Path]:
+    """Write path.png, and path.svg if it is wanted."""
+    files = files_of(path, svg)
     with replacing(files[0]) as part:
         figure.savefig(part, format="png")
     figure.set_layout_engine("none")  # it stands: do not lay it out a second time
-    with replacing(files[1]) as part:
-        figure.savefig(part, format="svg", metadata={"Date": None})
+    for file in files[1:]:
+        with replacing(file) as part:
+            figure.savefig(part, format="svg", metadata={"Date": None})
     return files
 
 
-def keep(figure: Figure, folder: Path, name: str, kind: str = "run") -> list[Path]:
+def keep(figure: Figure, folder: Path, name: str, kind: str = "run", svg: bool = True) -> list[Path]:
     """Save a figure as folder/figures/name, files of a result of this kind; returns them."""
     path = Path(folder) / "figures" / name
     made(Path(folder), "figures")
-    enlist(folder, files_of(path), kind)
-    return save(figure, path)
+    enlist(folder, files_of(path, svg), kind)
+    return save(figure, path, svg)
 
 
 def plain_ticks(axes: Any) -> None:

@@ -48,17 +48,19 @@ def test_run_and_plot(call, tmp_path):
     assert "tension at the top" in out
     assert read(tmp_path / "results.nc").time.values[-1] == pytest.approx(0.02)
     assert not (tmp_path / "figures").exists()
-    code, out, _ = call("plot", tmp_path, "--no-paraview")
+    code, out, _ = call("plot", tmp_path)
     assert code == 0
     assert "No spectrum of the motion" in out
     assert not (tmp_path / "paraview").exists()
-    assert call("plot", tmp_path)[0] == 0
+    assert not (tmp_path / "figures" / "tension.svg").exists()
+    assert call("plot", tmp_path, "--paraview", "--svg")[0] == 0
+    assert (tmp_path / "figures" / "tension.svg").stat().st_size > 5000
     assert (tmp_path / "figures" / "tension.png").stat().st_size > 5000
     assert list((tmp_path / "paraview").glob("*.vtu"))
 
 
 def test_run_without_files_for_paraview(call, tmp_path):
-    code, out, _ = call("run", "driven", "--out", tmp_path, "--t-end", "0.02", "--no-paraview")
+    code, out, _ = call("run", "driven", "--out", tmp_path, "--t-end", "0.02")
     assert code == 0
     assert f"files in {tmp_path / 'figures'}\n" in out
     assert (tmp_path / "figures" / "snapshot.png").is_file()

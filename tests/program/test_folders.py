@@ -97,7 +97,7 @@ def test_a_record_of_another_scene_is_replaced_with_overwrite_only(call, files, 
 
 def test_old_figures_go_with_their_run(call, files):
     """The user's own beside them stay."""
-    assert call("run", "chain.toml", "--out", "out")[0] == 0
+    assert call("run", "chain.toml", "--out", "out", "--paraview")[0] == 0
     (files / "out" / "figures" / "mine.png").write_text("mine")
     drawn = {name for name in contents(files / "out") if name.endswith((".png", ".vtu")) and "mine" not in name}
     assert len(drawn) > 8
@@ -110,10 +110,10 @@ def test_old_figures_go_with_their_run(call, files):
 
 def test_a_figure_of_the_user_is_not_drawn_over(call, files):
     dolfbuoy.simulate(CHAIN, out="out")
-    own = files / "out" / "figures" / "tension.svg"
+    own = files / "out" / "figures" / "tension.png"
     own.parent.mkdir()
     own.write_text("mine")
-    refused(call("plot", "out"), "figures/tension.svg", "move it away")
+    refused(call("plot", "out"), "figures/tension.png", "move it away")
     assert own.read_text() == "mine"
     own.unlink()
     for _ in range(2):

@@ -8,7 +8,7 @@ import os
 import pytest
 
 OWN = "what the user wrote\n"
-RUN = "run {scene} --t-end 0.02 --out {folder}"
+RUN = "run {scene} --t-end 0.02 --paraview --svg --out {folder}"
 SWEEP = "sweep {scene} --vary time.end=0.01 --out {folder}"
 #: command: names in its folder, taken one by one; a slash behind a name: a link to a folder.
 PREPARED = {

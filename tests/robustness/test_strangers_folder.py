@@ -38,8 +38,8 @@ HOSTILE = {
 }
 COMMANDS = (
     "check short",
-    "run short --t-end 0.2 --no-paraview",
-    "plot results/short --no-paraview",
+    "run short --t-end 0.2",
+    "plot results/short",
     "static short --out calm",
     "export moordyn hanging-chain",
     "sweep hanging-chain --vary time.end=0.01,0.02",
@@ -87,7 +87,7 @@ def started(line, folder, looks):
 @pytest.mark.parametrize("line", [*COMMANDS, *(pytest.param(line, marks=pytest.mark.slow) for line in SLOW)])
 def test_nothing_of_the_current_folder_is_read(folder, looks, line):
     if "results/" in line:
-        code, said, _ = started(f"run {Path(line.split()[1]).name} --t-end 0.2 --no-paraview", folder, looks)
+        code, said, _ = started(f"run {Path(line.split()[1]).name} --t-end 0.2", folder, looks)
         assert code == 0, said
     code, said, names = started(line, folder, looks)
     assert "Traceback" not in said
