@@ -254,7 +254,7 @@ def _extremes(series: list[Series]) -> Shown:
 
 def _certainty(series: list[Series]) -> Shown:
     """Error of deviations and extremes from these runs, and the number of runs for extremes to 5 % above the mean."""
-    from ..results.compare import duration
+    from ..parallel.cases import duration
     from ..results.extremes import Gumbel, deviation_uncertainty
 
     rows = []

@@ -7,6 +7,7 @@ another program it does not count.
 import functools
 import hashlib
 import json
+import math
 import shutil
 import tempfile
 import time as clock
@@ -27,6 +28,9 @@ from . import interruption
 from .store import SUFFIX, Store, Writer
 
 Row = dict[str, Any]  #: a case, or its result
+
+#: Seconds from which on the time that cases will take is announced.
+ANNOUNCED = 20.0
 
 
 def evaluate_all(
@@ -134,7 +138,7 @@ def _evaluate_share(
     total: int,
 ) -> None:
     """Evaluate cases one by one; rank 0 shows how many are done by all."""
-    with _progress(total) as advance:
+    with _progress(total, MPI.COMM_WORLD.size) as advance:
         for i in share:
             try:
                 result = evaluate(cases[i])
@@ -194,12 +198,21 @@ def _finished(futures: Iterable[Any]) -> Iterator[Any]:
             clock.sleep(0.02)
 
 
-class _progress:
-    """A bar on rank 0, called after each case; with the folder of claims it counts those of all ranks, now and then."""
+def duration(seconds: float) -> str:
+    """A time in the largest suitable unit, with two digits."""
+    units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
+    size, unit = next((u for u in units if seconds >= 1.5 * u[0]), units[-1])
+    return f"{seconds / size:.2g} {unit}"
 
-    def __init__(self, total: int):
+
+class _progress:
+    """A bar on rank 0, called after each case; with the folder of claims it counts those of all ranks, now and then.
+    After the first case a line estimates the time for the others, for logs too."""
+
+    def __init__(self, total: int, ranks: int = 1):
         self._bar = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not total)
         self._total, self._done, self._looked = total, 0, 0.0
+        self._ranks, self._began = ranks, clock.monotonic()
 
     def __enter__(self) -> Self:
         self._bar.__enter__()
@@ -208,6 +221,12 @@ class _progress:
 
     def __call__(self, claims: Path | None = None) -> None:
         self._done += 1
+        if self._done == 1:
+            first = clock.monotonic() - self._began
+            left = first * math.ceil((self._total - 1) / self._ranks)
+            if left >= ANNOUNCED and not self._bar.disable:
+                text = f"The first of {self._total} cases took {duration(first)}: about {duration(left)} to go."
+                self._bar.console.print(text)
         if MPI.COMM_WORLD.size > 1 and claims is not None and clock.monotonic() > self._looked + 0.5:
             self._done = sum(1 for _ in claims.iterdir())
             self._looked = clock.monotonic()

@@ -178,13 +178,6 @@ def percent(error: float) -> str:
     return f"{100 * error:.2g} %"
 
 
-def duration(seconds: float) -> str:
-    """A time in the largest suitable unit, with two digits."""
-    units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
-    size, unit = next((u for u in units if seconds >= 1.5 * u[0]), units[-1])
-    return f"{seconds / size:.2g} {unit}"
-
-
 def parse_accuracy(text: str, option: str = "--accuracy") -> float:
     """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
     number = text.strip()

@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 from ..model.airy import components_of, spectrum_of
-from ..results.compare import duration, percent
+from ..parallel.cases import duration
+from ..results.compare import percent
 from ..results.extremes import (
     DURATION,
     HOURS,

@@ -126,3 +126,12 @@ def test_bounds_of_steps_need_a_tolerance(key):
 def test_inertia_of_flat_and_round_bodies_is_possible(inertia):
     """Of a disc the largest moment is the sum of the others."""
     assert load_scene("short", buoy__inertia=inertia).buoy[0].inertia == inertia
+
+
+def test_after_the_first_case_a_line_estimates_the_time_of_the_others(tmp_path, monkeypatch, capsys):
+    """The clock says 30 s per case: two are left of three."""
+    now = iter(range(0, 10000, 30))
+    monkeypatch.setattr("dolfbuoy.parallel.cases.clock.monotonic", lambda: float(next(now)))
+    evaluate_all(lambda case: {}, [{"x": x} for x in (1, 2, 3)], tmp_path)
+    shown = " ".join(capsys.readouterr().err.split())
+    assert "The first of 3 cases took 30 s: about 60 s to go." in shown

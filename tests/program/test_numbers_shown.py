@@ -14,8 +14,8 @@ import xarray as xr
 from dolfbuoy import api, linear_api
 from dolfbuoy.commands import linear, response, shared, sweep
 from dolfbuoy.commands import statistics as command
+from dolfbuoy.parallel.cases import duration
 from dolfbuoy.results import linear_figures, linear_record, offset_record, statistics_figures
-from dolfbuoy.results.compare import duration
 from dolfbuoy.results.labelled import PARTS, labelled
 from dolfbuoy.results.sample import NUMBERS, STATISTICS, Fatigue
 from dolfbuoy.results.series import each_series
