@@ -1,7 +1,8 @@
 """Materials by what they are called in a catalogue, and those of a user's own file.
 
     chain GRADE studless|studlink SIZE mm [less CORROSION mm]
-    wire SIZE mm, polyester SIZE mm, nylon SIZE mm
+    wire SIZE mm, wire IWRC SIZE mm, polypropylene SIZE mm
+    polyester|nylon|HMPE SIZE mm [at LOAD %]
 
 SIZE is the nominal diameter d: the bar of a chain, the rope.  A scene that names one gets a [material.NAME] with its
 numbers, and is complete without this module; what a cable or segment gives itself counts before it.
@@ -10,9 +11,13 @@ numbers, and is complete without this module; what a cable or segment gives itse
   (ships, grades 1 to 3).  Mass, stiffness and the diameter of its volume: Orcina, OrcaFlex help, "Chain".  Drag on d:
   DNV-OS-E301.  `less` takes a corrosion allowance off d for the breaking load and the steel's area; mass, volume and
   stiffness are those of the new chain.
-- Wire (spiral strand in a sheath) and fibre ropes.  Mass, breaking load, stiffness and density: MoorPy,
-  MoorProps_default (Hall et al., NREL).  Stiffness of fibre ropes is the static one; drag on d: DNV-OS-E301, added
-  mass: Bureau Veritas NR 493.
+- Wire (spiral strand in a sheath), polyester, nylon and HMPE.  Mass, breaking load, stiffness and density: MoorPy,
+  MoorProps_default (Hall et al., NREL); drag on d: DNV-OS-E301, added mass: Bureau Veritas NR 493.  The stiffness is
+  the static one; `at LOAD %` takes the dynamic one, of a rope that waves load about a mean of so much of its breaking
+  load, EA = (alpha + beta LOAD/100) MBL.
+- Six-strand wire with a wire core (IWRC) and polypropylene (eight strands).  Mass, breaking load and stiffness: Orcina,
+  OrcaFlex help, "Rope/wire"; they displace their steel or fibre.  IWRC breaks within 1 % of EN 12385-4, grade 1770.
+- No aramid: no public source of mass, strength and stiffness by diameter was found.
 - Internal damping c/EA, along the line.  Chosen, not measured: none along a chain or a wire was found.  Of what
   is chosen where results were compared with measurements, 1.9 ms is the chain of Hall and Goupee 2015 (753.6 MN, 1e8
   Pa s, 133.76 mm), and 0.2 ms a chain of a model (2 N s, 10 kN: Bergdahl et al. 2015, after Lindahl).  With 5 ms the
@@ -26,7 +31,7 @@ import math
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .mesh_file import Named, inside
@@ -36,23 +41,47 @@ GRADES = {"Q1": 9.81e-3, "Q2": 13.73e-3, "Q3": 19.61e-3}
 GRADES |= {"R3": 0.0223, "R3S": 0.0249, "R4": 0.0274, "R4S": 0.0304, "R5": 0.0320}
 #: Mass and stiffness over d^2 [kg/m^3, Pa], diameter of the volume over d, drag across and along.
 LINKS = {"studless": (19.9e3, 0.854e11, 1.80, 2.4, 1.15), "studlink": (21.9e3, 1.01e11, 1.89, 2.6, 1.4)}
-#: Mass and breaking load over d^2 [kg/m^3, Pa], EA over the breaking load, volume over d^2, drag across, C_A.
+
+
+class Rope(NamedTuple):
+    """Properties of a rope over powers of its diameter d, and over its breaking load."""
+
+    mass: float  # over d^2 [kg/m^3]
+    breaking: float  # over d^2 [Pa]
+    stiffness: float  # EA over the breaking load
+    volume: float  # over d^2
+    drag: float = 1.6  # across
+    added: float = 1.1
+    cubic: float = 0.0  # of the breaking load over d^3 [N/m^3]
+    dynamic: tuple[float, float] | None = None  # alpha, beta
+    source: str = "MoorPy MoorProps_default, DNV-OS-E301"
+
+
+_ORCINA = "OrcaFlex help, DNV-OS-E301"
 ROPES = {
-    "wire": (5293.0, 1022e6, 97.1e9 / 1022e6, math.pi / 4 * 1.18**2, 1.2, 1.0),
-    "polyester": (679.0, 308e6, 14.0, 679.0 / 1380.0, 1.6, 1.1),
-    "nylon": (585.0, 207e6, 5.0, 585.0 / 1140.0, 1.6, 1.1),
+    "wire": Rope(5293.0, 1022e6, 97.1e9 / 1022e6, math.pi / 4 * 1.18**2, drag=1.2, added=1.0),
+    "wire IWRC": Rope(3989.7, 633.358e6, 40.4e9 / 633.358e6, 3989.7 / 7850.0, drag=1.8, added=1.0, source=_ORCINA),
+    "polyester": Rope(679.0, 308e6, 14.0, 679.0 / 1380.0, dynamic=(11.6, 40.0)),
+    "nylon": Rope(585.0, 207e6, 5.0, 585.0 / 1140.0, cubic=230e6, dynamic=(2.08, 39.0)),
+    "HMPE": Rope(496.0, 580e6, 56.0, 496.0 / 975.0, cubic=651e6, dynamic=(59.0, 54.0)),
+    "polypropylene": Rope(452.6, 105.990e6, 1.06e9 / 105.990e6, 452.6 / 910.0, source=_ORCINA),
 }
 #: c/EA [s].
-DAMPING = {"chain": 5e-3, "wire": 5e-3, "polyester": 10e-3, "nylon": 10e-3}
-NYLON_CUBIC = 230e6  # N/m^3, of its breaking load over d^3
+DAMPING = {"chain": 5e-3, "wire": 5e-3, "wire IWRC": 5e-3} | dict.fromkeys(
+    ("polyester", "nylon", "HMPE", "polypropylene"), 10e-3
+)
+MOST_LOAD = 60.0  # per cent of the breaking load, mean
 SIZES = 5.0, 250.0  # mm
 MOST_BYTES = 1_000_000
 
 _SIZE = r"(\d+(?:\.\d+)?) mm"
 _CHAIN = re.compile(rf"chain (\w+) (studless|studlink) {_SIZE}(?: less {_SIZE})?")
-_ROPE = re.compile(rf"({'|'.join(ROPES)}) {_SIZE}")
+_ROPE = re.compile(rf"({'|'.join(ROPES)}) {_SIZE}(?: at (\d+(?:\.\d+)?) %)?")
 _WORDS = ("chain ", *(f"{kind} " for kind in ROPES))
-FORMS = "'chain R3 studless 19 mm', 'chain Q3 studlink 32 mm less 2 mm', 'wire 40 mm', 'polyester 60 mm', 'nylon 24 mm'"
+FORMS = (
+    "'chain R3 studless 19 mm', 'chain Q3 studlink 32 mm less 2 mm', 'wire 40 mm', 'wire IWRC 24 mm', "
+    "'polyester 60 mm', 'nylon 24 mm', 'HMPE 40 mm', 'polypropylene 24 mm', 'polyester 60 mm at 20 %'"
+)
 
 
 def material(name: str) -> dict[str, Any] | None:
@@ -66,12 +95,12 @@ def material(name: str) -> dict[str, Any] | None:
     if found is None:
         raise InputError(f"material = {name!r}: must be written like {FORMS}.")
     is_chain = found.re is _CHAIN
-    sizes = [float(text) for text in found.groups()[2 if is_chain else 1 :] if text]
-    if not SIZES[0] <= sizes[0] <= SIZES[1] or any(less >= sizes[0] for less in sizes[1:]):
+    size, *more = (float(text) for text in found.groups()[2 if is_chain else 1 :] if text)
+    if not SIZES[0] <= size <= SIZES[1] or (is_chain and any(less >= size for less in more)):
         raise InputError(
             f"material = {name!r}: must have a size of {SIZES[0]:g} to {SIZES[1]:g} mm, and less corrosion."
         )
-    return _chain(name, found[1], found[2], *sizes) if is_chain else _rope(found[1], sizes[0] * 1e-3)
+    return _chain(name, found[1], found[2], size, *more) if is_chain else _rope(name, found[1], size * 1e-3, *more)
 
 
 def chain_strength(factor: float, d: float) -> float:
@@ -99,19 +128,27 @@ def _chain(name: str, grade: str, link: str, size: float, less: float = 0.0) -> 
     }
 
 
-def _rope(kind: str, d: float) -> dict[str, Any]:
-    mass, breaking, stiffness, volume, across, added = ROPES[kind]
-    breaking = breaking * d**2 + (NYLON_CUBIC * d**3 if kind == "nylon" else 0.0)
+def _rope(name: str, kind: str, d: float, load: float | None = None) -> dict[str, Any]:
+    rope = ROPES[kind]
+    breaking = rope.breaking * d**2 + rope.cubic * d**3
+    stiffness, how = rope.stiffness, "; static stiffness" if rope.dynamic else ""
+    if load is not None:
+        if rope.dynamic is None:
+            raise InputError(f"material = {name!r}: has one stiffness, whatever its load: leave out 'at {load:g} %'.")
+        if not 0 < load <= MOST_LOAD:
+            raise InputError(f"material = {name!r}: must have a mean load above 0 and up to {MOST_LOAD:g} %.")
+        alpha, beta = rope.dynamic
+        stiffness, how = alpha + beta * load / 100, f"; dynamic stiffness about {load:g} % of the breaking load"
     return {
-        "line_density": mass * d**2,
+        "line_density": rope.mass * d**2,
         "diameter": d,
-        "area": volume * d**2,
+        "area": rope.volume * d**2,
         "axial_stiffness": stiffness * breaking,
         "damping": DAMPING[kind] * stiffness * breaking,
-        "added_mass": added,
-        "normal_drag": across,
+        "added_mass": rope.added,
+        "normal_drag": rope.drag,
         "breaking_load": breaking,
-        "source": f"MoorPy MoorProps_default, DNV-OS-E301; {_chosen(kind)}",
+        "source": f"{rope.source}{how}; {_chosen(kind)}",
     }
 
 

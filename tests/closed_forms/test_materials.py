@@ -76,23 +76,52 @@ def test_chain():
 
 
 @pytest.mark.parametrize("size", [12.0, 24.5, 80.0])
-@pytest.mark.parametrize("kind", ["wire", "polyester", "nylon"])
+@pytest.mark.parametrize("kind", ["wire", "polyester", "nylon", "HMPE"])
 def test_ropes_are_those_of_moorpy(kind, size):
     """Mass, volume, stiffness and breaking load."""
     helpers = pytest.importorskip("moorpy.helpers")
-    theirs = helpers.getLineProps(size, kind, lineProps=helpers.loadLineProps(None))
+    theirs = helpers.getLineProps(size, kind.lower(), lineProps=helpers.loadLineProps(None))
     mine = material(f"{kind} {size:g} mm")
     assert mine["line_density"] == pytest.approx(theirs["m"], rel=1e-6)
     assert mine["area"] == pytest.approx(math.pi / 4 * theirs["d_vol"] ** 2, rel=1e-6)
     assert mine["breaking_load"] == pytest.approx(theirs["MBL"], rel=1e-6)
     assert mine["axial_stiffness"] == pytest.approx(theirs["EA"], rel=1e-6)
     assert mine["diameter"] * mine["normal_drag"] == pytest.approx(theirs["d_vol"] * theirs["Cd"], rel=6e-3)
+    for load in (10, 22.5, 60) if kind != "wire" else ():
+        dynamic = theirs["EAd"] + theirs["EAd_Lm"] * load / 100 * theirs["MBL"]
+        other = material(f"{kind} {size:g} mm at {load:g} %")
+        assert other["axial_stiffness"] == pytest.approx(dynamic, rel=1e-6)
+        assert other["damping"] / other["axial_stiffness"] == pytest.approx(0.01, rel=1e-12)
+        changed = {"axial_stiffness", "damping", "source"}
+        assert {key for key in other if other[key] != mine[key]} == changed
+        assert f"dynamic stiffness about {load:g} %" in other["source"]
 
 
-@pytest.mark.parametrize("name", ["chain R4 studlink 40 mm", "wire 20 mm", "polyester 60 mm", "nylon 24 mm"])
+@pytest.mark.parametrize("size", [12.0, 24.0, 60.0])
+def test_six_strand_wire_is_that_of_the_standard(size):
+    """EN 12385-4, 6x36 with a wire core, grade 1770: 0.356 d^2 1770 N and 0.409 d^2 kg per 100 m, d in mm."""
+    mine = material(f"wire IWRC {size:g} mm")
+    assert mine["breaking_load"] == pytest.approx(0.356 * size**2 * 1770, rel=0.01)
+    assert mine["line_density"] == pytest.approx(0.409e-2 * size**2, rel=0.03)
+    assert mine["line_density"] / mine["area"] == pytest.approx(7850, rel=1e-9)  # it displaces its steel
+    E = mine["axial_stiffness"] / mine["area"]
+    assert 0.35 < E / 206e9 < 0.55  # strands of steel stretch twice as far as a bar
+
+
+@pytest.mark.parametrize(("inches", "pounds", "per_hundred_feet"), [(1.25, 18900, 27.0), (2.0, 46800, 69.0)])
+def test_polypropylene_beside_a_chandlers(inches, pounds, per_hundred_feet):
+    """Ropes of three strands as a chandler prints them are lighter, and 10 to 20 % weaker by their mass, than eight."""
+    mine = material(f"polypropylene {25.4 * inches:g} mm")
+    mass = per_hundred_feet * 0.45359 / 30.48
+    assert 1.0 < mine["line_density"] / mass < 1.15
+    assert 1.1 < mine["breaking_load"] / mine["line_density"] / (pounds * 4.4482 / mass) < 1.2
+    assert mine["line_density"] < 1000 * mine["area"]  # it floats
+
+
+@pytest.mark.parametrize("name", ["chain R4 studlink 40 mm", "wire IWRC 20 mm", "polyester 60 mm", "HMPE 24 mm"])
 def test_materials_are_damped_and_say_so(name):
     """c/EA in seconds; what a scene makes inextensible has no strain to be damped, what it gives itself counts."""
-    tau = 0.01 if name.startswith(("polyester", "nylon")) else 0.005
+    tau = 0.01 if name.startswith(("polyester", "HMPE")) else 0.005
     found = load_scene(scene(name)).network.pieces[0].section
     assert found.damping == pytest.approx(tau * found.axial_stiffness, rel=1e-14)
     assert material(name)["source"].endswith(f"damping chosen, c/EA = {1e3 * tau:g} ms")
@@ -186,6 +215,9 @@ def test_libraries_that_are_none(tmp_path, library, words):
         ("chain R3 studless 400 mm", "5 to 250 mm"),
         ("chain R3 studless 19 mm less 19 mm", "less corrosion"),
         ("wire 2 mm", "5 to 250 mm"),
+        ("wire 20 mm at 10 %", "has one stiffness, whatever its load"),
+        ("nylon 20 mm at 0 %", "above 0 and up to 60 %"),
+        ("nylon 20 mm at 61 %", "above 0 and up to 60 %"),
         ("nylon", "must be the name of a"),
         ("hemp 20 mm", "like 'chain R3 studless 19 mm'"),
     ],
