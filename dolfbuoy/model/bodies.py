@@ -76,6 +76,11 @@ class Bodies(Masses):
         """`forms.joint.weight` [N]."""
         return form.weight(self.body, self.gravity, self.sea.density, self.wet_part())
 
+    def change(self, scene: Scene) -> None:
+        super().change(scene)
+        if self.bed is not None:
+            self.bed.change()
+
     @property
     def dx(self) -> ufl.Measure:
         """Measure by which an integrand counts once for each body."""

@@ -116,6 +116,8 @@ def _sections(scene: Scene, name: str, part: Any) -> list[Any]:
         return parts[name] if part is None else [part]
     if name in OWN:
         return [getattr(buoy, name) for buoy in (parts["buoy"] if part is None else [part])]
+    if name == "anchor":
+        return scene.anchor or []
     return [getattr(scene, name)]
 
 
@@ -305,6 +307,7 @@ EFFECTS: list[Effect] = [
         numbers={"": lambda scene, _: scene.seabed.friction},
         drawn={"seabed.friction": Drawn(1e-3, 1e1)},
     ),
+    Effect("sinker that drags", "anchor.drags", neutral=False, needs=("seabed",), removable=False),
 ]
 
 

@@ -11,7 +11,7 @@ from dolfinx import fem
 from ..forms import seabed as form
 from ..scene import Scene
 from ..scene.cable import Cable
-from ..scene.lines import Body
+from ..scene.lines import Body, Sinker
 from ..solver import compat
 from . import effects
 from .rigid import weight_per_length
@@ -79,13 +79,20 @@ def hardness(scene: Scene, sections: Sequence[Cable]) -> float:
 
 def parameters_of_line(scene: Scene, section: Cable, k_b: float) -> ContactParameters:
     """Contact parameters of a line on a bed of stiffness k_b [Pa/m]."""
-    return _parameters(scene, _load(scene, section), section.line_density, k_b * section.diameter)
+    given = _load(scene, section), section.line_density, k_b * section.diameter
+    return _parameters(scene, *given, scene.seabed.friction)
 
 
-def parameters_of_body(scene: Scene, mass: float, volume: float) -> ContactParameters:
-    """Contact parameters of a body at a joint, with its mass [kg] and volume [m^3]."""
-    weight = max(abs(mass - scene.sea.density * volume), 1e-3 * mass) * scene.gravity
-    return _parameters(scene, weight, mass, weight / largest_sag(scene))
+def parameters_of_body(scene: Scene, body: Body) -> ContactParameters:
+    """Contact parameters of a body at a joint."""
+    weight = max(abs(body.mass - scene.sea.density * body.volume), 1e-3 * body.mass) * scene.gravity
+    stiffness = weight / largest_sag(scene)
+    return _parameters(scene, weight, body.mass, stiffness, friction_of(scene, body))
+
+
+def friction_of(scene: Scene, body: Body) -> float:
+    """Friction coefficient of a body on the bed."""
+    return body.friction if isinstance(body, Sinker) else scene.seabed.friction
 
 
 def _load(scene, section):
@@ -93,10 +100,10 @@ def _load(scene, section):
     return max(abs(weight_per_length(scene, section)), 1e-3 * section.line_density * scene.gravity)
 
 
-def _parameters(scene, weight, mass, stiffness):
+def _parameters(scene, weight, mass, stiffness, friction):
     bed = scene.seabed
     damping = 2 * bed.damping_ratio * math.sqrt(stiffness * mass)
-    return ContactParameters(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length(scene))
+    return ContactParameters(stiffness, damping, weight / stiffness, friction * weight / stick_length(scene))
 
 
 class Points:
@@ -136,17 +143,20 @@ class Bed:
     taken as pulled.
     """
 
+    keeps = False  #: whether there are bodies that friction holds at rest however they are pulled
+
     def __init__(self, model: "Masses", space: Callable):
         self.model, scene, numbers = model, model.scene, model.constants
         self._known = None
         self.normal, self.level = (numbers.constant(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         parts = (lambda section, i=i: self.parameters_of(section)[i] for i in range(len(ContactParameters._fields)))
         self.parameters = ContactParameters(*map(numbers.per_cell, parts))
-        self.friction = numbers.constant(lambda scene, _: scene.seabed.friction if model.dynamic else 0.0)
-        self.held = fem.Function(space()) if has_friction(scene, model.dynamic) else None
-        self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
+        self.friction: Any = numbers.constant(lambda scene, _: scene.seabed.friction if model.dynamic else 0.0)
+        rubs = has_friction(scene, model.dynamic)
+        self.held = fem.Function(space()) if rubs or self.keeps else None
+        self.memory = {"bed_holds": self.held.x.array} if rubs else {}
         terms = effects.called_by(scene, "bed")
-        self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
+        self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
 
     def parameters_of(self, section: Any) -> ContactParameters:
         """Contact parameters of a line or a body, in the present scene."""
@@ -162,6 +172,15 @@ class Bed:
             self._known = self.model.scene, find()
         return self._known[1]
 
+    @property
+    def coefficient(self) -> Any:
+        """Friction coefficient as UFL."""
+        return self.friction
+
+    def coefficients(self) -> Any:
+        """Friction coefficients in numbers, at the places."""
+        return float(self.friction.value)
+
     # -- forms ---------------------------------------------------------------------------------------------------------
 
     def contact(self) -> form.Contact:
@@ -175,14 +194,14 @@ class Bed:
     def forces(self) -> list[tuple[effects.Effect, Any]]:
         """[(effect, force as UFL)], per unstretched metre of a line [N/m], of a body [N]."""
         at = self.contact()
-        return [(effect, effect.bed(self.friction, at)) for effect in self.terms]
+        return [(effect, effect.bed(self.coefficient, at)) for effect in self.terms]
 
     def powers(self) -> list[tuple[str, Any]]:
         """[(account, energy or power as UFL)] of these forces, for balances."""
         at, (_, *_, x_t, _) = self.contact(), self.model.kinematics()
         power = {form.support: form.damping_power(at)}
         if self.held is not None:
-            power[form.friction] = ufl.inner(form.friction(self.friction, at), x_t)
+            power[form.friction] = ufl.inner(form.friction(self.coefficient, at), x_t)
         return [("elastic", form.spring_energy(at)), *((effect.account, power[effect.bed]) for effect in self.terms)]
 
     # -- memory --------------------------------------------------------------------------------------------------------
@@ -205,7 +224,7 @@ class Bed:
         """A step was taken: where friction pulls more than it can, it slides after the model."""
         if self.held is None:
             return
-        model, n, mu, speed = self.model, self.normal.value, float(self.friction.value), 0.0
+        model, n, mu, speed = self.model, self.normal.value, self.coefficients(), 0.0
         r = self.at(u[model.part.slice])
         if model.dynamic:
             speed = (model.gamma_v.value * r + self.at(model.history_v.x.array)) @ n
@@ -224,14 +243,58 @@ class Bed:
 
 
 class Landing(Bed):
-    """Contact of `Bodies` with the bed, of each as a whole."""
+    """Contact of `Bodies` with the bed, of each as a whole; sinkers stay at their places in statics."""
 
     def __init__(self, bodies: "Bodies"):
+        self.keeps = any(isinstance(body, Sinker) for body in bodies.bodies)
         super().__init__(bodies, lambda: bodies.space)
-        self._place = bodies.dofs
+        self._place, number = bodies.dofs, bodies.constants.per_cell
+        if self.keeps:
+            self._sinks: Any = number(lambda body: float(isinstance(body, Sinker)))
+            if bodies.dynamic:
+                self.friction = number(lambda body: friction_of(bodies.scene, body))
+            else:
+                self._keep()
 
     def parameters_of(self, section: Body) -> ContactParameters:
-        return parameters_of_body(self.model.scene, section.mass, section.volume)
+        return parameters_of_body(self.model.scene, section)
+
+    @property
+    def coefficient(self) -> Any:
+        return self.friction * (1 - self._sinks) if self.keeps and not self.model.dynamic else self.friction
+
+    def coefficients(self) -> Any:
+        model = self.model
+        if not (self.keeps and model.dynamic):
+            return super().coefficients()
+        return np.array([friction_of(model.scene, body) for body in model.bodies])
+
+    def forces(self) -> list[tuple[effects.Effect, Any]]:
+        found = super().forces()
+        if self.keeps and not self.model.dynamic:
+            found.append((self.terms[0], form.holding(self._sinks, self.contact())))
+        return found
+
+    def hold(self, places: np.ndarray) -> None:
+        super().hold(places)
+        if self.keeps and not self.model.dynamic:
+            self._keep()
+
+    def begin(self, u: np.ndarray) -> None:
+        super().begin(u)
+        if self.keeps:
+            self._keep()
+
+    def _keep(self):
+        """Let friction hold sinkers on to their places."""
+        for name, body in zip(self.model.names, self.model.bodies, strict=True):
+            if isinstance(body, Sinker):
+                self.hold_body(name, np.array(body.place))
+
+    def change(self) -> None:
+        """Take the places of sinkers of another scene."""
+        if self.keeps and not self.model.dynamic:
+            self._keep()
 
     def parameter_values(self) -> np.ndarray:
         """Numbers of the contact of every body."""

@@ -52,7 +52,14 @@ def _topology(network: Network) -> str:
     """Topology, and which numbers pieces or bodies share: those are constants of the forms."""
     ends = [
         [
-            (e.kind, e.name, e.fairlead, e.kind == "free" and e.top is not None and any(e.top.force), _clamp(e))
+            (
+                e.kind,
+                e.is_on_sinker,
+                e.name,
+                e.fairlead,
+                e.kind == "free" and e.top is not None and any(e.top.force),
+                _clamp(e),
+            )
             for e in piece.ends
         ]
         for piece in network.pieces
@@ -61,6 +68,7 @@ def _topology(network: Network) -> str:
     for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):
         values = [{repr(getattr(section, name)) for section in sections} for name in kind.model_fields]
         shared += [len(found) == 1 for found in values]
+    shared.append(len({getattr(body, "friction", None) for body in network.bodies.values()}) == 1)
     names = [list(part) for part in (network.joints, network.bodies, network.buoys, sorted(network.welds))]
     return repr((ends, network.cables, *names, shared))
 

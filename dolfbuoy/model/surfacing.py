@@ -62,7 +62,7 @@ def _heights(scene: Scene) -> dict[Node, float]:
         nodes = [_node(network, k, i) for i in (0, 1)]
         for i, end in enumerate(piece.ends):
             lines.setdefault(nodes[i], []).append((nodes[1 - i], piece.section.length))
-            if end.held:
+            if end.held or end.is_on_sinker:
                 heapq.heappush(ahead, (_highest(scene, end.top) + crest, str(nodes[i]), nodes[i]))
             elif end.kind == "buoy":
                 heapq.heappush(ahead, (0.0, str(nodes[i]), nodes[i]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 #: Numbers of a series that a limit may be of.
 NUMBERS = {"max": "maximum", "min": "minimum", "mean": "mean", "std": "standard_deviation"}
+
+#: An uplift of less than this part of the largest tension is none.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -168,7 +171,10 @@ def _of_places(found: _Record) -> Iterator[Verdict]:
     if c.least_freeboard is not None:
         yield from found.judged("freeboard", "freeboard", "min", c.least_freeboard, "m", upper=False)
     if c.no_uplift:
-        yield from found.judged("no uplift of anchors", "anchor_uplift", "max", 0.0, "N")
+        sizes = [one.maximum for _, one in found.series("anchor_horizontal") + found.series("tension_top")]
+        least = ROUNDING * max(sizes, default=0.0)
+        for one in found.judged("no uplift of anchors", "anchor_uplift", "max", 0.0, "N"):
+            yield replace(one, value=0.0) if 0 < one.value < least else one
     if c.largest_anchor_force is not None:
         name = "horizontal force on anchors"
         yield from found.judged(name, "anchor_horizontal", "max", c.largest_anchor_force, "N")

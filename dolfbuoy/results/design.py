@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..model.rigid import mass_properties
 from ..scene import Scene
 from ..scene.anchors import anchors_of, ends_of, given_anchors
+from ..scene.lines import Sinker
 from .attitude import cone_angle
 from .quantities import Absent
 
@@ -59,6 +60,23 @@ class Design:
         of_pull = np.array([1 / (one.holding_capacity or (one.weight or 1) * (one.friction or 1)) for one in given])
         of_lift = np.array([1 / one.weight if one.weight else 0.0 for one in given])
         return np.asarray(np.hypot(pulls[..., 0], pulls[..., 1]) * of_pull + pulls[..., 2] * of_lift)
+
+    @cached_property
+    def _sinkers(self) -> list[tuple[int, int, NDArray[Any]]]:
+        """(number of the anchor, number of the joint, place [m]) of sinkers that may be dragged."""
+        anchors, joints = list(self.anchors), list(self.network.joints)
+        bodies = [(name, body) for name, body in self.network.bodies.items() if isinstance(body, Sinker)]
+        return [(anchors.index(name), joints.index(name), np.array(body.place)) for name, body in bodies]
+
+    def moved(self, joints: NDArray[Any]) -> NDArray[Any]:
+        """Distances of sinkers from their places (..., anchor) [m], 0 for other anchors; joints: positions of all.
+        Raises Absent if none may be dragged."""
+        if not self._sinkers:
+            raise Absent("sinkers that drag")
+        found = np.zeros((*joints.shape[:-2], len(self.anchors)))
+        for anchor, joint, place in self._sinkers:
+            found[..., anchor] = np.linalg.norm(joints[..., joint, :] - place, axis=-1)
+        return found
 
     def offset(self, position: NDArray[Any]) -> NDArray[Any]:
         """Horizontal distances of C from the middle of the anchors (..., buoy) [m].  Raises Absent if there are none

@@ -218,6 +218,16 @@ _ALL: tuple[Quantity, ...] = (
         summary="part of what the anchor holds",
         outputs=True,
     ),
+    _anchor(
+        "anchor_moved",
+        "m",
+        "distance of the sinker from its place",
+        read=lambda n: n.design.moved(n.each("joint", 3)),
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        summary="way of the sinker",
+        curves=(Curve("dragging", "sinker"),),
+        outputs=True,
+    ),
     Quantity(
         "utilisation",
         ("segment",),

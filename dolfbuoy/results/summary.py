@@ -198,7 +198,7 @@ def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
-    found += _moved_anchors(record)
+    found += _moved_anchors(record, scene)
     found += never_met(verdicts(record, scene))
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
     return found + cautions.about_retries(record, scene)
@@ -211,7 +211,7 @@ def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:
         _of_lines(_left, at_once, scene)
         + _of_lines(_slack, record, scene)
         + _surfaced_bodies(record, scene)
-        + _moved_anchors(record)
+        + _moved_anchors(record, scene)
         + states_of(record, scene)
     )
 
@@ -261,7 +261,7 @@ ABOVE = 0.01
 UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
 
 
-def _moved_anchors(record: xr.Dataset) -> list[str]:
+def _moved_anchors(record: xr.Dataset, scene: Scene) -> list[str]:
     """Sentences about anchors that would not have stayed where they are."""
     if "anchor_use" not in record:
         return []
@@ -272,7 +272,11 @@ def _moved_anchors(record: xr.Dataset) -> list[str]:
             continue
         when = f" at t = {float(record.time[int(use.argmax('time'))]):g} s" if "time" in record.dims else ""
         pulled = f"it is pulled with {largest:.4g} times what it holds{when}"
-        found.append(f"The anchor {name} would not hold: {pulled}; here it stays.")
+        if when and name in scene.network.bodies:
+            way = f"it lies {float(record.anchor_moved.sel(anchor=name)[-1]):.3g} m from its place at the end"
+            found.append(f"The sinker {name} did not hold: {pulled}; {way}.")
+        else:
+            found.append(f"The anchor {name} would not hold: {pulled}; here it stays.")
     return found
 
 

@@ -47,6 +47,13 @@ class Body(Section):
     added_mass: Coefficient = key("added-mass coefficient C_A, on the displaced mass", "1", default=0.0)
 
 
+class Sinker(Body):
+    """A body on the bed that holds a line, with a friction of its own; in statics it stays at its place [m]."""
+
+    friction: float
+    place: Vector
+
+
 #: Tables whose keys are those of Cable, and of Top for a joint.
 _Material: Any = create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))
 

@@ -29,8 +29,8 @@ OWN = ("wind", "external_force", "initial")
 class End:
     """Attachment of an end of a piece of line; clamp: its direction, None where it is pinned.
 
-    kind: "fixed", "prescribed", "free" (`top`: where, or the force on it), "joint" (a free one) or "buoy" (at the
-    named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or VESSEL.FAIRLEAD.
+    kind: "fixed", "prescribed", "free" (`top`: where, or the force on it), "joint" (a free one, or a sinker that may be
+    dragged) or "buoy" (at the named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or VESSEL.FAIRLEAD.
     """
 
     kind: str
@@ -43,6 +43,11 @@ class End:
     def held(self) -> bool:
         """True if its position is given."""
         return self.kind in ("fixed", "prescribed")
+
+    @property
+    def is_on_sinker(self) -> bool:
+        """True for the end of a line on a sinker that may be dragged; `top` is then its place at rest."""
+        return self.kind == "joint" and self.top is not None
 
     @property
     def position(self) -> tuple[float, float, float] | None:
@@ -415,7 +420,7 @@ def _check_held(network: Network) -> None:
     """Every part needs an end that is held."""
     parts = network.parts()
     held: set[str | int] = {name for name, top in network.joints.items() if top is not None}
-    held |= {piece.cable for piece in network.pieces if any(end.held for end in piece.ends)}
+    held |= {piece.cable for piece in network.pieces if any(end.held or end.is_on_sinker for end in piece.ends)}
     for number, name in enumerate(network.cables):
         if not parts[number] & held:
             raise Wrong("cable.name", name, "hangs on nothing that is held: some end must have a place [x, y, z]")

@@ -11,7 +11,7 @@ import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
-from .anchors import Anchor, given_anchors
+from .anchors import Anchor, given_anchors, with_sinkers
 from .buoy import Buoy, BuoyStart, ExternalForce, Wind
 from .criteria import Criteria, check_criteria
 from .fatigue import Fatigue, check_fatigue
@@ -298,7 +298,7 @@ class Scene(Section):
     @cached_property
     def network(self) -> Network:
         """Resolved topology: pieces of line, joints, bodies and buoys."""
-        return resolved(self)
+        return with_sinkers(self, resolved(self))
 
     def model_copy(self, **how: Any) -> Self:
         """A copy with some sections replaced, which resolves its network anew."""

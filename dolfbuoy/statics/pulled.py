@@ -93,7 +93,7 @@ class _Laying:
             self.problem.bodies.bed.begin(self.u)
         #: Piece -> (end that is held on the bed, its place, lying part of the piece).
         firsts: dict[int, tuple[int, Array, GroundedLength]] = {}
-        for piece, end, _ in self.lines.held_ends():
+        for piece, end in self._held():
             place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
             if lies.length and self.bed.gap(place) <= lies.sag:
                 firsts.setdefault(piece, (end, place, lies))
@@ -105,6 +105,11 @@ class _Laying:
             self._hold(laid, place)
         for lines, places in self.places.items():
             lines.bed.hold(places)
+
+    def _held(self) -> list[tuple[int, int]]:
+        """(piece, end) of ends that are held, or are on sinkers."""
+        ends = enumerate(self.lines.pieces)
+        return [(k, i) for k, piece in ends for i in (0, 1) if piece.ends[i].held or piece.ends[i].is_on_sinker]
 
     def leaves_much(self) -> bool:
         """Note the tension left at ends that need not hold; True if any is worth another round.  Collective."""

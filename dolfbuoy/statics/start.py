@@ -203,7 +203,7 @@ def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> stil
     """The joint, the end or the buoy on which an end of a line hangs."""
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(scene, network.buoys[end.name], pressure))
-    if end.held:
+    if end.held or end.is_on_sinker:
         return still.Joint(position=top_position(end.top, 0.0))
     if end.kind == "free":
         return still.Joint(free=True, load=end.top.force)

@@ -17,6 +17,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.forms import seabed
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.seabed import hardness, parameters_of_body, parameters_of_line, plane
+from dolfbuoy.scene.lines import Body
 from dolfbuoy.solver.compat import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
 
@@ -127,7 +128,7 @@ def test_numbers_of_a_line():
 def test_numbers_of_a_body():
     """Of a joint: it sinks by the sag under its weight in water."""
     scene = load_scene(SCENE)
-    found = parameters_of_body(scene, 3000.0, 0.4)
+    found = parameters_of_body(scene, Body(mass=3000.0, volume=0.4))
     weight = (3000.0 - 1025.0 * 0.4) * 9.81
     assert found.stiffness == pytest.approx(weight / 0.002, rel=1e-12)
     assert found.damping == pytest.approx(1.6 * math.sqrt(found.stiffness * 3000.0), rel=1e-12)

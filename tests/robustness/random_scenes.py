@@ -113,7 +113,7 @@ LEFT_ALONE = {
     "criteria.safety", "criteria.safety_factor", "criteria.condition", "criteria.consequence_class",
     "criteria.largest_offset", "criteria.largest_lean_deg", "criteria.least_freeboard", "criteria.no_uplift",
     "criteria.largest_anchor_force", "criteria.limits",
-    "anchor.at", "anchor.weight", "anchor.friction", "anchor.holding_capacity",
+    "anchor.at", "anchor.weight", "anchor.friction", "anchor.holding_capacity", "anchor.drags", "anchor.density",
     "fatigue.curve", "fatigue.connectors", "fatigue.places", "fatigue.spacing", "fatigue.corrosion",
     "fatigue.safety_factor", "cable.fatigue_curve", "cable.steel_area",
 }  # fmt: skip
