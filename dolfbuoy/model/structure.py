@@ -50,20 +50,7 @@ def _called(scene: Scene, kind: str, part: Any) -> tuple[str, ...]:
 
 def _topology(network: Network) -> str:
     """Topology, and which numbers pieces or bodies share: those are constants of the forms."""
-    ends = [
-        [
-            (
-                e.kind,
-                e.is_on_sinker,
-                e.name,
-                e.fairlead,
-                e.kind == "free" and e.top is not None and any(e.top.force),
-                _clamp(e),
-            )
-            for e in piece.ends
-        ]
-        for piece in network.pieces
-    ]
+    ends = [[_end(end) for end in piece.ends] for piece in network.pieces]
     shared = []
     for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):
         values = [{repr(getattr(section, name)) for section in sections} for name in kind.model_fields]
@@ -71,6 +58,11 @@ def _topology(network: Network) -> str:
     shared.append(len({getattr(body, "friction", None) for body in network.bodies.values()}) == 1)
     names = [list(part) for part in (network.joints, network.bodies, network.buoys, sorted(network.welds))]
     return repr((ends, network.cables, *names, shared))
+
+
+def _end(end: End) -> tuple[Any, ...]:
+    pulled = end.kind == "free" and end.top is not None and any(end.top.force)
+    return end.kind, end.is_on_sinker, end.name, end.fairlead, pulled, _clamp(end)
 
 
 def _clamp(end: End) -> str | None:

@@ -30,7 +30,8 @@ class End:
     """Attachment of an end of a piece of line; clamp: its direction, None where it is pinned.
 
     kind: "fixed", "prescribed", "free" (`top`: where, or the force on it), "joint" (a free one, or a sinker that may be
-    dragged) or "buoy" (at the named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or VESSEL.FAIRLEAD.
+    dragged) or "buoy" (at the named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or
+    VESSEL.FAIRLEAD.
     """
 
     kind: str
