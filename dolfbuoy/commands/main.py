@@ -1,5 +1,6 @@
 """Command line: parse, call, print."""
 
+import logging
 import os
 import sys
 import traceback
@@ -215,6 +216,10 @@ def main() -> None:
     interruption.listen()
     try:
         ranks.only_first_speaks()
+        if sys.stderr.isatty():  # somebody looks on: say what takes long
+            log = logging.getLogger("dolfbuoy")
+            log.addHandler(logging.StreamHandler())
+            log.setLevel(logging.INFO)
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)

@@ -7,6 +7,8 @@ import shlex
 import subprocess
 import sysconfig
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -98,9 +100,10 @@ def shared_library(target: Path, units: Sequence[Unit], libraries: Sequence[str]
     try:
         with TemporaryDirectory(dir=target.parent) as folder:
             objects = [f"{folder}/{unit.file.stem}.o" for unit in units]
-            for unit, to in zip(units, objects, strict=True):
-                always = ("-c", "-fPIC", "-fvisibility=hidden", *OPTIMISED, *sanitized())
-                _run([*compiler, *always, *unit.options, str(unit.file), "-o", to], folder)
+            always = (*compiler, "-c", "-fPIC", "-fvisibility=hidden", *OPTIMISED, *sanitized())
+            calls = [[*always, *u.options, str(u.file), "-o", to] for u, to in zip(units, objects, strict=True)]
+            with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as cores:
+                list(cores.map(partial(_run, folder=folder), calls))
             whole = f"{folder}/whole"
             _run([*compiler, "-shared", *sanitized(), *objects, *libraries, "-o", whole], folder)
             os.replace(whole, target)

@@ -1,4 +1,4 @@
-"""Compilation of forms: once per machine, each by one process, without output.
+"""Compilation of forms: once per machine, each by one process, side by side on all cores.
 
 Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
 """
@@ -9,10 +9,14 @@ import importlib.util
 import logging
 import os
 import re
+import signal
+import struct
 import sysconfig
+import time
+import warnings
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -27,33 +31,137 @@ COMPILER = ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math"]
 @contextmanager
 def quiet_compiler() -> Iterator[None]:
     """Building an extension module reports every compiler call through the root logger."""
-    level = logging.root.manager.disable
-    logging.disable(logging.INFO)
+    level = logging.root.level
+    logging.root.setLevel(max(level, logging.WARNING))
     try:
         yield
     finally:
-        logging.disable(level)
+        logging.root.setLevel(level)
 
 
 @contextmanager
-def alone(folder: Path, name: str = "") -> Iterator[bool]:
+def alone(folder: Path, name: str) -> Iterator[bool]:
     """No other process compiles `name` into the cache `folder` meanwhile (yields True), if its file system can promise
     that; other names are compiled at the same time.
 
     The lock, a byte of one file, ends with the process that holds it.  Nothing collective may happen inside: other
     ranks may want it too.
     """
+    _call_helpers()
     folder.mkdir(parents=True, exist_ok=True)
     handle = os.open(folder / "dolfbuoy.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
         try:
-            fcntl.lockf(handle, fcntl.LOCK_EX, 1, zlib.crc32(name.encode()))
+            _lock(handle, name)
             locked = True
-        except OSError:  # some network file systems
-            locked = False
+        except OSError as error:
+            if isinstance(error, BlockingIOError):
+                raise
+            locked = False  # some network file systems
         yield locked
     finally:
         os.close(handle)
+
+
+def _lock(handle: int, name: str) -> None:
+    """Take the lock of a name, and say after a second for whom that waits.  Raises BlockingIOError in a helper."""
+    place, until = zlib.crc32(name.encode()), time.monotonic() + SECONDS_OF_SILENCE
+    while True:
+        try:
+            fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
+            return
+        except BlockingIOError:
+            if _team.is_helper:
+                raise
+        other = _holder(handle, place)
+        if other in _team.helpers or time.monotonic() > until:
+            break
+        time.sleep(0.02)
+    if other and other not in _team.helpers:
+        words = "Waiting for process %d, which %scompiles %s."
+        logging.getLogger("dolfbuoy").warning(words, other, "is stopped and " * _is_stopped(other), name)
+    fcntl.lockf(handle, fcntl.LOCK_EX, 1, place)
+
+
+SECONDS_OF_SILENCE = 1.0
+_FLOCK = "hhqqi"  #: of <fcntl.h>: type, whence, start, length, process
+
+
+def _holder(handle: int, place: int) -> int:
+    """Number of the process that holds a byte of a file; 0 if none does, or none of this machine."""
+    asked = struct.pack(_FLOCK, fcntl.F_WRLCK, os.SEEK_SET, place, 1, 0)
+    kind, *_, process = struct.unpack(_FLOCK, fcntl.fcntl(handle, fcntl.F_GETLK, asked))
+    return 0 if kind == fcntl.F_UNLCK else int(process)
+
+
+def _is_stopped(process: int) -> bool:
+    """Whether a process has been stopped, as Ctrl-Z does."""
+    with suppress(OSError):
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "T"
+    return False
+
+
+class _Team:
+    """Processes that compile for this one, and what they can do: steps that leave things in the cache."""
+
+    def __init__(self) -> None:
+        self.steps: Sequence[Callable[[], object]] = ()
+        self.helpers: list[int] = []
+        self.is_helper = False
+
+
+_team = _Team()
+
+
+@contextmanager
+def helped(steps: Sequence[Callable[[], object]]) -> Iterator[None]:
+    """Other cores take steps too, the last first, from the moment on that something is missing from the cache.
+
+    steps: compile what the block needs, without MPI; what another process is compiling is skipped.
+    """
+    _team.steps, finished = steps, False
+    try:
+        yield
+        finished = True
+    finally:
+        _team.steps = ()
+        for process in _team.helpers:
+            if not finished:
+                with suppress(ProcessLookupError):
+                    os.kill(process, signal.SIGINT)
+            os.waitpid(process, 0)
+        _team.helpers.clear()
+
+
+def _call_helpers() -> None:
+    """Begin to compile: one more process for every other core, if there are steps that it can take."""
+    steps, _team.steps = _team.steps, ()
+    if steps:
+        logging.getLogger("dolfbuoy").info("Compiling what this combination of effects needs, once on this machine.")
+        _team.helpers += [_helper(steps) for _ in range(min(len(steps), len(os.sched_getaffinity(0))) - 1)]
+
+
+def _helper(steps: Sequence[Callable[[], object]]) -> int:
+    """Number of a new process that takes steps and ends."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of threads of the host, which this copy does not have
+        process = os.fork()
+    if process:
+        return process
+    try:
+        _team.is_helper, parent = True, os.getppid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        silent = os.open(os.devnull, os.O_RDWR)
+        for stream in range(3):
+            os.dup2(silent, stream)
+        for step in reversed(steps):
+            with suppress(Exception):  # what cannot be compiled is reported by the parent
+                step()
+            if os.getppid() != parent:
+                break
+    finally:
+        os._exit(0)
 
 
 def one_at_a_time(local_jit: Callable[..., Any], name: str, cache: Callable[[], Path]) -> Callable[..., Any]:

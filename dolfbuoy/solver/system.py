@@ -8,7 +8,7 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 """
 
 from collections.abc import Callable, Iterable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import ufl
 from petsc4py import PETSc
 
 from ..elsewhere import MPI
-from . import Array
+from . import Array, jit
 from .c_code import address, aligned
 from .callbacks import Callbacks
 from .loops import Hooks, Loop, Scaled, Shared
@@ -52,20 +52,22 @@ class System:
         self.size, self.order = numbering.size, numbering.order
         self.gamma: float | None = None  # of the scales
         self._slopes: Array | None = None
-        self.residuals = [Contribution(form, part) for part, form in residuals]
-        self.jacobians, number = [], {id(part.function): k for k, part in enumerate(parts)}
+        number = {id(part.function): k for k, part in enumerate(parts)}
+        wanted: list[tuple[Any, ...]] = [(form, part) for part, form in residuals]
         for row, form in residuals:
             for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
-                derivative = ufl.derivative(form, parts[k].function, parts[k].trial)
-                self.jacobians.append(Contribution(derivative, row, parts[k]))
-        self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
-        self.u = self._values.unknowns
+                wanted.append((ufl.derivative(form, parts[k].function, parts[k].trial), row, parts[k]))
+        with jit.helped(self._compilation(wanted)):
+            contributions = [Contribution(*one) for one in wanted]
+            self.residuals, self.jacobians = contributions[: len(residuals)], contributions[len(residuals) :]
+            self._values = Values(parts, [*(c.ufl_form for c in contributions), *noted])
+            self.u = self._values.unknowns
+            self.hooks = Hooks(self._values.array)
+            self.shared = Shared(self.hooks)
+            self.add_residuals = Loop(self.residuals, self._values, self.shared, self.size)
+            self.add_jacobians = Loop(self.jacobians, self._values, self.shared, spare=len(self.order))
         #: Copy `u` into the parts' Functions.
         self.publish = copies([(part.values, self.u[part.slice]) for part in parts])
-        self.hooks = Hooks(self._values.array)
-        self.shared = Shared(self.hooks)
-        self.add_residuals = Loop(self.residuals, self._values, self.shared, self.size)
-        self.add_jacobians = Loop(self.jacobians, self._values, self.shared, spare=len(self.order))
         self._b = self.add_residuals.out
         #: Units of the visible unknowns, and 1/units of the rows.
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
@@ -92,6 +94,19 @@ class System:
         #: What PETSc calls; its `numbers.assembled` counts assemblies of the matrix.
         self.callbacks = Callbacks(self)
         self.set_scales(1.0)
+
+    def _compilation(self, wanted: list[tuple[Any, ...]]) -> list[Callable[[], object]]:
+        """Steps that compile forms, each with its part or parts, and then their kernels; none on several ranks, whose
+        compiler is collective."""
+
+        def kernels(*one: Any) -> None:
+            found = Contribution(*one)
+            values = Values(self.parts, [found.ufl_form])
+            Loop([found], values, Shared(Hooks(values.array)), self.size)
+
+        if self.comm.size > 1:
+            return []
+        return [partial(step, *one) for step in (kernels, Contribution) for one in wanted]
 
     def set_scales(self, gamma: float) -> bool:
         """Scale unknowns and rows for a step with d/dt ~ gamma; whether anything changed."""
