@@ -95,7 +95,7 @@ def _holder(handle: int, place: int) -> int:
 
 
 def _is_stopped(process: int) -> bool:
-    """Whether a process has been stopped, as Ctrl-Z does."""
+    """True if a process has been stopped, as Ctrl-Z does."""
     with suppress(OSError):
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     return False
