@@ -181,6 +181,14 @@ def added_mass(C_A: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Poin
     return -rho_w * cable.area * C_A * morison.split(a_rel, point.tangent)[0]
 
 
+def tangential_added_mass(C_At: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """rho_w A C_At (a_w,t - a_t): what a line takes along of the water beside it, a chain that of its gaps."""
+    a_rel = relative(point.acceleration, flow.acceleration)
+    if a_rel is None:
+        return None
+    return -rho_w * cable.area * C_At * morison.split(a_rel, point.tangent)[1]
+
+
 def normal_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
     """The rest of f_am, the pressure of the undisturbed wave: rho_w A a_w,n."""
     if flow.acceleration is None:

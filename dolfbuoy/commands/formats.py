@@ -30,11 +30,14 @@ def import_(
     kind: FormatArgument,
     file: FileArgument,
     target: Annotated[Path | None, typer.Option("--out", help="Scene file \\[default: FILE's name, .toml].")] = None,
+    columns: Annotated[
+        str, typer.Option("--columns", help="Of MoorDyn: found by name, or by place as in MoorDyn 2.")
+    ] = "name",
 ) -> None:
     """A mooring of another program as a scene.  Example: dolfbuoy import moordyn lines.txt --out mine.toml"""
     from ..formats.files import as_toml, read
 
-    scene, notes = read(kind, file)
+    scene, notes = read(kind, file, columns)
     target = target if target is not None else Path(f"{file.stem}.toml")
     try:
         with target.open("x", encoding="utf-8") as new:

@@ -1,5 +1,6 @@
 """Reading moorings of other programs, and writing what became of them as a scene file."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +13,23 @@ from . import from_moordyn, from_yaml
 from .names import Note
 
 #: What a file can be.
-READERS = {"moordyn": from_moordyn.scene_of, "moorpy": from_yaml.scene_of, "raft": from_yaml.scene_of}
+READERS: dict[str, Callable[..., tuple[dict[str, Any], list[Note]]]] = {
+    "moordyn": from_moordyn.scene_of,
+    "moorpy": from_yaml.scene_of,
+    "raft": from_yaml.scene_of,
+}
 
 
-def read(kind: str, path: Path) -> tuple[dict[str, Any], list[Note]]:
+def read(kind: str, path: Path, columns: str = "name") -> tuple[dict[str, Any], list[Note]]:
     """The scene of a mooring in a file, as its sections and keys, and what could not be carried over.
 
-    kind: one of READERS.  Raises InputError for a file that cannot be read, or that makes no scene.
+    kind: one of READERS.  columns: "name", or "place" for those of MoorDyn 2 in their places, whatever they are called.
+    Raises InputError for a file that cannot be read, or that makes no scene.
     """
     if kind not in READERS:
         raise InputError(f"FORMAT = {kind!r}: must be {' or '.join(READERS)}.")
+    if columns not in ("name", "place") or (columns == "place" and kind != "moordyn"):
+        raise InputError(f"--columns = {columns!r}: must be name, or place with moordyn.")
     try:
         if Path(path).is_fifo():  # nobody may ever write to it
             raise InputError(f"{path}: must be a file, and is a pipe.")
@@ -34,7 +42,7 @@ def read(kind: str, path: Path) -> tuple[dict[str, Any], list[Note]]:
     text = raw.decode("utf-8", errors="replace")
     title = "".join(c for c in Path(path).stem if c.isprintable())[:200]
     try:
-        scene, notes = READERS[kind](text, title)
+        scene, notes = READERS[kind](text, title, **({"by_place": True} if columns == "place" else {}))
         load_scene(scene)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

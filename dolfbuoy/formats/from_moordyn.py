@@ -8,25 +8,25 @@ What has another meaning there, and how it is carried over:
 - internal damping is in N s, but in Pa s where a file calls it cIntDamp: damping = cIntDamp pi d^2/4;
 - a negative length is a multiple of the distance between the ends;
 - every input has a sea bed of its stiffness kBot at the depth WtrDpth, and no other start than an equilibrium;
-- a coupled point or body is moved by the program that calls MoorDyn: here it is held where it stands.
+- a coupled point or body is moved by the program that calls MoorDyn: here it is on a vessel, at rest until it has a
+  motion.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from ..scene.quantities import number_of
-from .moordyn_body import BodyOf, buoy_of, placed
-from .moordyn_text import Row, Tables, canonical, is_number, parse
-from .moordyn_world import world
+from . import moordyn_events
+from .moordyn_rods import FIXED, FREE, MOVED, Places, key_of
+from .moordyn_text import Row, Tables, canonical, is_nothing, parse
+from .moordyn_types import material_of
+from .moordyn_world import density_of, world
 from .names import Names, Note
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: What the columns of version 1 are called, in the order of its files.
 FIRST_VERSION = ("Can", "Cat", "Cdn", "Cdt")
@@ -40,43 +40,44 @@ WANTED = {
     "points": dict.fromkeys(("mass", "volume", "CdA", "Ca"), 0),
     "lines": {"segments": 20},
 }
+#: Columns of bodies in their early files, each in the place of one above.
+IN_PLACE_OF = {"CG": "zcg", "I": "Iz"}
 
 
-def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
+def scene_of(text: str, title: str = "", by_place: bool = False) -> tuple[dict[str, Any], list[Note]]:
     """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
 
+    by_place: columns of types are those of MoorDyn 2 in their places, whatever the file calls them.
     Raises InputError for another kind of file, or a row that cannot be read.
     """
-    return _Reader(parse(text), title).scene()
+    return _Reader(parse(text, by_place), title, by_place).scene()
 
 
 class _Reader:
-    def __init__(self, tables: Tables, title: str):
-        self.tables, self.title, self.notes = tables, title, list[Note]()
-        self.places: dict[str, tuple[Row, str, list[float]]] = {}
-        self.ends: dict[str, Any] = {}
-        self.joints: dict[str, dict[str, Any]] = {}
-        self.buoys: dict[str, BodyOf] = {}
-        self.used: set[str] = set()
+    def __init__(self, tables: Tables, title: str, by_place: bool):
+        self.tables, self.title, self.by_place, self.notes = tables, title, by_place, list[Note]()
+        self.places = Places(tables, density_of(tables), self.note)
         self.names = Names("type", lambda text: self.note(None, f"line types: {text}"))
 
     def scene(self) -> tuple[Any, list[Note]]:
         self._check_columns()
-        materials = {row["name"]: self._material(row) for row in self.tables.of("line types")}
-        self._rods()
+        materials = {row["name"]: material_of(row, self.tables, self.note) for row in self.tables.of("line types")}
+        self.places.read()
+        kind_of = self._kinds(self.tables.of("points"))
         for row in self.tables.of("points"):
-            self._point(row)
-        cables = [self._cable(row, materials) for row in self.tables.of("lines")]
+            self._point(row, kind_of(row))
+        cables = {row.values.get("id", str(row.line)): self._cable(row, materials) for row in self.tables.of("lines")}
+        moordyn_events.failures(self.tables, cables, self.note)
+        moordyn_events.external_loads(self.tables, self.places, self.note)
+        sections = self.places.sections()
         self._left_out()
         used = {row["type"] for row in self.tables.of("lines")}
-        places = [(row.line, at[2], kind) for row, kind, at in self.places.values()]
+        heights = [(line, place[2], kind) for line, place, kind in self.places.at.values()]
         scene: dict[str, Any] = {"title": self.title} if self.title else {}
-        scene |= world(self.tables, places, self.note)
+        scene |= world(self.tables, heights, self.note)
         scene["material"] = {self.names.of(name): keys for name, keys in materials.items() if name in used}
-        scene["cable"] = cables
-        if joints := [joint for joint in self.joints.values() if joint["name"] in self.used]:
-            scene["joint"] = joints
-        scene |= {"buoy": [buoy.section for buoy in self.buoys.values()]} if self.buoys else {}
+        scene["cable"] = [*cables.values(), *self.places.cables()]
+        scene |= sections
         scene["time"] = {"end": 60.0, "step": 0.05, "scheme": "bdf2"}
         self.note(None, "the file says nothing about the length of a run: time.end and time.step are a proposal")
         return scene, sorted(self.notes, key=lambda note: note.line or 0)
@@ -92,8 +93,10 @@ class _Reader:
             self.note(
                 line,
                 "the columns Can Cat Cdn Cdt are those of MoorDyn 1 and were read by name; MoorDyn 2 reads columns "
-                "by their places, and would take them for EI or Cd, Ca, CdAx, CaAx",
+                "by their places, and would take them for EI or Cd, Ca, CdAx, CaAx: so does --columns place",
             )
+        elif self.by_place:
+            self.note(line, "columns of types were read by their places, as MoorDyn 2 does")
         for section, column in (("line types", "name"), ("rod types", "name"), *((s, "id") for s in NUMBERED)):
             seen = set()
             for row in self.tables.of(section):
@@ -104,7 +107,7 @@ class _Reader:
             line, columns = self.tables.columns.get(section, (0, []))
             names = {canonical(section, column) for column in columns}
             for name in wanted if columns else ():
-                if name not in names:
+                if name not in names and IN_PLACE_OF.get(name, name) not in names:
                     self.note(line, f"{section.upper()} has no column {name}: {wanted[name]} is taken")
 
     def _left_out(self) -> None:
@@ -113,65 +116,22 @@ class _Reader:
             line, columns = self.tables.columns.get(section, (0, []))
             for column in columns:
                 values = [row.other.get(column, "-") for row in self.tables.of(section)]
-                if given := sorted({value for value in values if not _is_nothing(value)}):
+                if given := sorted({value for value in values if not is_nothing(value)}):
                     what = f"the column {column} of {section.upper()} is not carried over"
                     self.note(line, f"{what}: {', '.join(given[:5])}")
         for number, heading in self.tables.unknown:
             self.note(number, f"the section {heading!r} is not known and was left out")
-        for name in ("failure", "control", "external loads"):
-            if rows := self.tables.of(name):
-                self.note(rows[0].line, f"the section {name.upper()} is not carried over")
-        for point, joint in self.joints.items():
-            if joint["name"] not in self.used:
-                self.note(self.places[point][0].line, f"point {point} holds no line and was left out")
-
-    def _material(self, row: Row) -> dict[str, float]:
-        found = {"line_density": row.number("mass_density"), "diameter": row.number("diameter")}
-        static, *more = row["EA"].split("|")
-        if not is_number(static):
-            raise InputError(
-                f"line {row.line}: EA is the file {row['EA']}, which is not read: give a number in its place."
-            )
-        found["axial_stiffness"] = number_of(static)
-        found |= {"normal_drag": row.number("Cd", 0.0), "added_mass": row.number("Ca", 0.0)}
-        found["tangential_drag"] = math.pi * row.number("CdAx", 0.0)
-        if more:
-            # two springs in series, each with a damper: of both none acts next to the static stiffness
-            self.note(
-                row.line,
-                f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static "
-                "stiffness, the first of EA, is taken, and damping = 0; for motions in waves put the dynamic one in "
-                "its place",
-            )
-        else:
-            self._damping(row, found)
-        if not _is_nothing(EI := row.values.get("EI", "0")):
-            if is_number(EI):
-                found["bending_stiffness"] = number_of(EI)
-                self.note(row.line, f"EI = {EI} N m^2: such lines carry compression, and their ends are pinned")
-            else:
-                self.note(row.line, f"EI = {EI} is no single number, and is not read: bending_stiffness = 0")
-        if row.number("CaAx", 0.0):
-            self.note(row.line, f"CaAx = {row['CaAx']}: there is no added mass along a line here")
-        return found
-
-    def _damping(self, row: Row, found: dict[str, float]) -> None:
-        text = row.values.get("BA", "0")
-        if not is_number(text):
-            self.note(row.line, f"BA = {text} is no single number, and is not read: damping = 0")
-        elif number_of(text) > 0:
-            columns, units = self.tables.columns["line types"][1], self.tables.units.get("line types", [])
-            names = [column.lower() for column in columns]
-            place = names.index("cintdamp") if "cintdamp" in names else None
-            found["damping"] = number_of(text)
-            if place is not None and not (place < len(units) and "pa" not in units[place].lower()):
-                self.note(row.line, f"cIntDamp = {row['BA']} Pa s: damping is it times pi Diam^2/4")
-                found["damping"] *= math.pi * row.number("diameter") ** 2 / 4
-        elif number_of(text) < 0:
-            self.note(
-                row.line,
-                f"BA = {text} is a share of critical damping of a segment: numerical, for explicit steps; damping = 0",
-            )
+        if rows := self.tables.of("control"):
+            self.note(rows[0].line, "the section CONTROL is not carried over")
+        for key, joint in self.places.joints.items():
+            if joint["name"] not in self.places.used and key.isdigit():
+                self.note(self.places.at[key][0], f"point {key} holds no line and was left out")
+        for rod in self.tables.of("rods"):
+            name = f"rod{rod.values.get('id', rod.line)}"
+            if name not in self.places.used and not {f"{name}a", f"{name}b"} & self.places.used:
+                moves = name in self.places.bars or name in self.places.buoys
+                if moves:
+                    self.note(rod.line, f"{name} holds no line and was left out")
 
     def _cable(self, row: Row, materials: dict[str, dict[str, float]]) -> dict[str, Any]:
         material = row["type"]
@@ -187,89 +147,96 @@ class _Reader:
         if segments < 1 or segments != round(segments):
             raise InputError(f"line {row.line}: NumSegs is {row['segments']}: must be a whole number from 1 on.")
         found |= {"length": self._length(row), "elements": round(segments)}
-        return found | ({} if materials[material].get("bending_stiffness") else {"slack": "tension-only"})
+        if materials[material].get("bending_stiffness"):
+            return found | self._clamps(row, found)
+        return found | {"slack": "tension-only"}
+
+    def _clamps(self, row: Row, cable: dict[str, Any]) -> dict[str, Any]:
+        """Directions of a line that bends, at rods that hold it."""
+        found, ways = {}, self.places.ways
+        for column, key, end in (("A", "from_end", cable["from"]), ("B", "to_end", cable["to"])):
+            if (rod := key_of(row[column]) or "") not in ways:
+                continue
+            way = np.array(ways[rod])
+            out = rod.endswith("b") == (column == "A")  # away from the rod at B, into it at A
+            direction = way if out else -way
+            buoy = next((b for b in self.places.buoys.values() if str(end).startswith(f"{b.section['name']}.")), None)
+            if buoy is not None:
+                direction = direction @ buoy.axes
+            found[key] = {"direction": (direction + 0.0).tolist()}
+        return found
 
     def _length(self, row: Row) -> float:
         length = row.number("length")
         if length >= 0:
             return length
-        ends = [self.places[row[end]][2] for end in "AB"]
+        ends = [self.places.at[key_of(row[end]) or ""][1] for end in "AB"]
         found = -length * math.dist(*ends)
         self.note(row.line, f"UnstrLen = {length:g} is that multiple of the distance between the ends: {found:g} m")
         return found
 
     def _end(self, row: Row, column: str) -> Any:
-        place = row[column]
-        if not place.isdigit():
-            raise InputError(f"line {row.line}: an end on {place!r} is not carried over: lines end on points here.")
-        if place not in self.places:
-            raise InputError(f"line {row.line}: there is no point {place}.")
-        name = self.ends[place]
-        self.used |= {name} if isinstance(name, str) else set()
-        return name
+        key = key_of(row[column])
+        if key is None:
+            raise InputError(
+                f"line {row.line}: an end on {row[column]!r} is not known: must be a point, or an end of a rod as R1A."
+            )
+        if key not in self.places.ends:
+            raise InputError(f"line {row.line}: there is no {'point' if key.isdigit() else 'end'} {row[column]}.")
+        return self.places.hangs_on(key)
 
-    def _point(self, row: Row) -> None:
-        kind, name = row["attachment"].lower(), row["id"]
+    def _point(self, row: Row, kind: str) -> None:
+        name, places = row["id"], self.places
         place = np.array([row.number(axis) for axis in "xyz"])
-        if kind.startswith(("fix", "anch")):
-            self._put(row, "fixed", place, place.tolist())
-        elif kind.startswith("turbine"):
-            raise InputError(f"line {row.line}: point {name} is on {kind}, and where that stands is not in this file.")
+        if kind.startswith(FIXED):
+            places.put(name, row.line, place, "fixed", place.tolist())
         elif kind.startswith("body") and kind[-1].isdigit():
-            self._on_body(row, name, kind, place)
-        elif kind.startswith(("coupled", "vessel", "ves", "cpld", "fair")):
-            why = f"point {name} is moved by the program that calls MoorDyn: it is held where it stands here"
-            self._hold(row, place, why)
-        elif kind.startswith(("free", "con", "point")):
+            self._on_body(row, "".join(c for c in kind if c.isdigit()), place)
+        elif kind.startswith("turbine"):
+            places.on_vessel(name, row.line, kind, place, f"point{name}")
+            self.note(row.line, f"point {name} is on {kind}, a vessel at the origin here: give it its position")
+        elif kind.startswith(MOVED):
+            places.on_vessel(name, row.line, "vessel", place, f"point{name}")
+            self.note(
+                row.line,
+                f"point {name} is moved by the program that calls MoorDyn: it is on a vessel here, at rest until it "
+                "has a motion",
+            )
+        elif kind.startswith(FREE):
             joint: dict[str, Any] = {"name": f"point{name}"}
             for key, column in (("mass", "mass"), ("volume", "volume"), ("drag_area", "CdA"), ("added_mass", "Ca")):
                 if value := row.number(column, 0.0):
                     joint[key] = value
-            if any(not _is_nothing(row.values.get(column, "0")) for column in ("fx", "fy", "fz")):
+            if any(not is_nothing(row.values.get(column, "0")) for column in ("fx", "fy", "fz")):
                 self.note(row.line, f"the constant force on point {name} is not carried over")
-            self.joints[name] = joint
-            self._put(row, "free", place, joint["name"])
+            places.joints[name] = joint
+            places.put(name, row.line, place, "free", joint["name"])
         else:
             raise InputError(f"line {row.line}: the attachment {row['attachment']!r} of a point is not known.")
 
-    def _put(self, row: Row, kind: str, place: NDArray[Any], end: list[float] | str) -> None:
-        """Remember where a point stands, and what a cable that ends on it names."""
-        self.places[row["id"]] = row, kind, place.tolist()
-        self.ends[row["id"]] = end
+    def _kinds(self, rows: list[Row]) -> Callable[[Row], str]:
+        """Attachment of a point in words, where a file has numbers: 1, 0, -1 are fixed, free and coupled, but 0, 1, 2
+        fixed, coupled and free where there is a 2, or a 0 stands lowest."""
+        low = min((row.number("z") for row in rows), default=0.0)
+        numbers = [row for row in rows if row["attachment"] in ("-1", "0", "1", "2")]
+        early = any(
+            row["attachment"] == "2" or (row["attachment"] == "0" and row.number("z") == low) for row in numbers
+        )
+        known = dict(zip(("0", "1", "2"), ("fixed", "coupled", "free"), strict=True))
+        known = known if early else {"1": "fixed", "0": "free", "-1": "coupled"}
+        if numbers:
+            said = ", ".join(f"{number} is {word}" for number, word in known.items())
+            self.note(numbers[0].line, f"attachments are numbers: {said}")
 
-    def _hold(self, row: Row, place: NDArray[Any], why: str) -> None:
-        name = f"point{row['id']}"
-        self.joints[row["id"]] = {"name": name, "position": place.tolist()}
-        self._put(row, "moved", place, name)
-        self.note(row.line, why)
+        def kind(row: Row) -> str:
+            word = row["attachment"].lower()
+            return known.get(word) or word.lstrip("0123456789") or word
 
-    def _on_body(self, row: Row, name: str, kind: str, place: NDArray[Any]) -> None:
-        number = "".join(c for c in kind if c.isdigit())
-        body = next((b for b in self.tables.of("bodies") if b["id"] == number), None)
-        if body is None:
-            raise InputError(f"line {row.line}: there is no body {number}.")
-        position = placed(body, place)
-        if number not in self.buoys:
-            self._hold(row, position, f"point {name} on body {number} is held where it stands")
-            return
-        self._put(row, "free", position, self.buoys[number].fairlead(name, place))
-        if own := [column for column in ("mass", "volume", "CdA") if row.number(column, 0.0)]:
+        return kind
+
+    def _on_body(self, row: Row, number: str, place: Any) -> None:
+        name = row["id"]
+        self.places.on_body(name, row.line, number, place, f"point{name}")
+        own = [column for column in ("mass", "volume", "CdA") if row.number(column, 0.0)]
+        if own and number in self.places.buoys:
             self.note(row.line, f"{', '.join(own)} of point {name} on body {number} is not carried over")
-
-    def _rods(self) -> None:
-        """Free bodies with an upright rod become buoys; all others cannot."""
-        types = {row["name"]: row for row in self.tables.of("rod types")}
-        rods = self.tables.of("rods")
-        for body in self.tables.of("bodies"):
-            number = body["id"]
-            own = [rod for rod in rods if rod.values.get("attachment", "").lower() == f"body{number}"]
-            is_free = body.values.get("attachment", "free").lower().startswith("free")
-            if is_free and (found := buoy_of(body, own, types, self.note)):
-                self.buoys[number] = found
-                rods = [rod for rod in rods if rod not in own]
-        for rod in rods:
-            self.note(rod.line, f"rod {rod.values.get('id', '')} is not carried over")
-
-
-def _is_nothing(text: str) -> bool:
-    return text in ("-", "#") or (is_number(text) and number_of(text) == 0)

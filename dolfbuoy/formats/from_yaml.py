@@ -30,12 +30,15 @@ LINE_TYPE = {
     "transverse_drag": ("normal_drag", 1.0),
     "transverse_added_mass": ("added_mass", 1.0),
     "tangential_drag": ("tangential_drag", math.pi),
+    "tangential_added_mass": ("tangential_added_mass", 1.0),
     "breaking_load": ("breaking_load", 1.0),
 }
 #: Other keys that are read, and words about a file.
 POINT, LINE = ("name", "type", "location", "mass", "volume"), ("name", "endA", "endB", "type", "length")
 SITE, WORDS = ("water_depth", "rho_water", "g"), ("type", "name", "comments")
 ELEMENTS = 20
+#: The vessel on which fairleads are that name none.
+VESSEL = "vessel"
 
 
 def read_yaml(text: str) -> Any:
@@ -83,8 +86,15 @@ def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
 
 
 class _Reader:
-    def __init__(self, mooring: dict[str, Any], design: dict[str, Any], title: str):
+    def __init__(
+        self,
+        mooring: dict[str, Any],
+        design: dict[str, Any],
+        title: str,
+        vessels: dict[str, dict[str, Any]] | None = None,
+    ):
         self.mooring, self.title, self.notes = mooring, title, list[Note]()
+        self.vessels: dict[str, dict[str, Any]] = vessels or {}
         site = design.get("site")
         self.design, self.site = design, site if isinstance(site, dict) else {}
         self.types = Names("type", lambda text: self.note(f"line_types: {text}"))
@@ -107,7 +117,16 @@ class _Reader:
         named = {end for cable in cables for end in (cable["from"], cable["to"]) if isinstance(end, str)}
         if kept := [joint for joint in joints if joint["name"] in named]:
             scene["joint"] = kept
+        if vessels := [self._used(vessel, named) for vessel in self.vessels.values()]:
+            scene["vessel"] = [vessel for vessel in vessels if vessel["fairleads"]]
+            self.note("vessels rest until they have a motion, or raos")
         return scene | {"time": {"end": 60.0, "step": 0.05, "scheme": "bdf2"}}, self.notes
+
+    @staticmethod
+    def _used(vessel: dict[str, Any], named: set[str]) -> dict[str, Any]:
+        """A vessel with those fairleads on which lines end."""
+        used = {own: at for own, at in vessel["fairleads"].items() if f"{vessel['name']}.{own}" in named}
+        return vessel | {"fairleads": used}
 
     def note(self, text: str) -> None:
         self.notes.append(Note(text))
@@ -175,7 +194,7 @@ class _Reader:
             if value is None and key in ("mass_density", "diameter", "stiffness"):
                 raise InputError(f"line_types, {name}: {key} is missing.")
             number = None if value is None else _number(value, f"line_types, {name}: {key}")
-            if number is not None and (key != "breaking_load" or number > 0):  # 0 there: not known
+            if number is not None and (number > 0 or key not in ("breaking_load", "tangential_added_mass")):
                 found[own] = factor * number
         for key, value in row.items():
             if key not in LINE_TYPE and key not in ("name", "cost") and value:
@@ -197,15 +216,26 @@ class _Reader:
                 continue
             own = self.parts.of(name)
             if any(word in kind for word in ("ves", "fair", "coupled", "body")):
-                joints.append({"name": own, "position": place})
-                self.note(f"points, {name}: on the vessel, held where it stands about the vessel's origin")
-            elif "con" in kind or "free" in kind:
+                places[name] = self._on_vessel(row, own, place), self._in_space(row, place), "moved"
+                continue
+            if "con" in kind or "free" in kind:
                 body = {key: _number(row[key], f"points, {name}: {key}") for key in ("mass", "volume") if row.get(key)}
                 joints.append({"name": own} | body)
             else:
                 raise InputError(f"points, {name}: the type {row['type']!r} is not known: fixed, vessel or free.")
-            places[name] = own, place, "moved" if "position" in joints[-1] else "free"
+            places[name] = own, place, "free"
         return places, joints
+
+    def _on_vessel(self, row: dict[str, Any], own: str, place: list[float]) -> str:
+        """The end of a cable at a fairlead; place: from the vessel's reference point [m]."""
+        name = str(row.get("vessel", VESSEL))
+        vessel = self.vessels.setdefault(name, {"name": name, "position": [0.0, 0.0, 0.0]})
+        vessel.setdefault("fairleads", {})[own] = place
+        return f"{name}.{own}"
+
+    def _in_space(self, row: dict[str, Any], place: list[float]) -> list[float]:
+        vessel = self.vessels[str(row.get("vessel", VESSEL))]
+        return [a + b for a, b in zip(vessel["position"], place, strict=True)]
 
     def _cable(
         self,

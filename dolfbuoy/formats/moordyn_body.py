@@ -1,11 +1,13 @@
-"""Bodies of MoorDyn: a free one with upright rods on its axis is a buoy; its points are fairleads.
+"""Free bodies and rods of MoorDyn that are bodies of revolution: buoys, and points on them fairleads.
 
-A rod there is a cylinder that floats; a body gives it mass and inertia [about the centre of mass, as here].
+A rod is a cylinder that floats, a body gives it mass and inertia [about the centre of mass, as here]; a body without
+rods has its volume about its origin.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -20,111 +22,215 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _CLOSE = 1e-6  # m
+#: Displaced mass of a body without volume, of its own: a hull that hardly floats.
+HARDLY = 1e-4
 
 
 @dataclass
 class BodyOf:
-    """A buoy made of a body: its section, where the keel is in the body's frame, and the names of its points."""
+    """A buoy made of a body: its section, where the keel is in the body's frame, and its axes there (columns)."""
 
     section: dict[str, Any]
     keel: NDArray[Any]
+    axes: NDArray[Any]
 
-    def fairlead(self, point: str, place: NDArray[Any]) -> str:
+    def own(self, place: NDArray[Any]) -> NDArray[Any]:
+        """A place of the body's frame in that of the buoy."""
+        return np.asarray((place - self.keel) @ self.axes)
+
+    def fairlead(self, name: str, place: NDArray[Any]) -> str:
         """The end of a cable on this body.  place: in the body's frame [m]."""
-        own = place - self.keel
-        self.section.setdefault("fairleads", {})[f"point{point}"] = own.tolist()
-        return f"{self.section['name']}.point{point}"
+        self.section.setdefault("fairleads", {})[name] = (self.own(place) + 0.0).tolist()
+        return f"{self.section['name']}.{name}"
 
 
-def placed(body: Row, place: NDArray[Any]) -> NDArray[Any]:
-    """A point of a body in space [m]: at rest, turned by roll, pitch and yaw (about z, y, x in turn) as it starts."""
+def turn_of(body: Row) -> NDArray[Any]:
+    """R of a body as it starts: turned by roll, pitch and yaw (about z, y, x in turn)."""
     angles = np.radians([body.number(name, 0.0) for name in ("roll", "pitch", "yaw")])
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
     about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return np.asarray([body.number(axis, 0.0) for axis in "xyz"] + about_x @ about_y @ about_z @ place)
+    return np.asarray(about_x @ about_y @ about_z)
 
 
-def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> BodyOf | None:
-    """The buoy that a free body with these rods is; None, and a `note`(line, text), if it cannot be one.
+def placed(body: Row, place: NDArray[Any]) -> NDArray[Any]:
+    """A point of a body in space [m], as it starts."""
+    return np.asarray([body.number(axis, 0.0) for axis in "xyz"] + turn_of(body) @ place)
 
-    Raises InputError for a rod of no type.
+
+def ends_of(rod: Row) -> list[NDArray[Any]]:
+    """The ends A and B of a rod [m], in the frame of its body if it is on one."""
+    return [np.array([rod.number(f"{axis}{end}") for axis in "xyz"]) for end in "ab"]
+
+
+def type_of(rod: Row, types: dict[str, Row]) -> Row:
+    """The type of a rod.  Raises InputError."""
+    if rod["type"] not in types:
+        raise InputError(f"line {rod.line}: RodType {rod['type']!r} is none of the ROD TYPES: {', '.join(types)}.")
+    return types[rod["type"]]
+
+
+class NoBuoy(Exception):
+    """Why a body is no body of revolution."""
+
+
+def buoy_of(
+    name: str, body: Row | None, rods: list[Row], types: dict[str, Row], rho: float, note: Callable[..., Any]
+) -> BodyOf:
+    """The buoy that a free body, or a free rod alone, is; note(line, text) of what it has no place for.
+
+    rho: density of the water [kg/m^3].  Raises InputError for a rod of no type or a body of no mass, NoBuoy with a
+    reason if it can be none.
     """
-    number = body["id"]
-    for rod in rods:
-        if rod["type"] not in types:
-            raise InputError(f"line {rod.line}: RodType {rod['type']!r} is none of the ROD TYPES: {', '.join(types)}.")
-    reason = _why_not(rods)
-    if reason:
-        note(body.line, f"body {number} {reason}: its points are held where they stand")
-        return None
-    rods = sorted(rods, key=lambda rod: _ends(rod)[0][2])
-    low, ends = rods[0], [_ends(rod) for rod in rods]
-    keel = ends[0][0]
-    hull = [
-        [float(end[2] - keel[2]), types[rod["type"]].number("diameter")]
-        for rod, pair in zip(rods, ends, strict=True)
-        for end in pair
-    ]
-    kind = types[low["type"]]
-    section = {"name": f"body{number}", "hull": hull} | _masses(body, rods, types, keel, note)
-    section |= {"normal_drag": kind.number("Cd", 0.0), "added_mass": kind.number("Ca", 0.0)}
-    section |= {"axial_drag": kind.number("CdEnd", 0.0), "axial_added_mass": kind.number("CaEnd", 0.0)}
-    _say_rest(body, rods, types, note)
-    return BodyOf(section, keel)
-
-
-def _ends(rod: Row) -> list[NDArray[Any]]:
-    """The lower and the upper end of a rod [m], which is the same upside down."""
-    ends = [np.array([rod.number(f"{axis}{end}") for axis in "xyz"]) for end in "ab"]
-    return sorted(ends, key=lambda end: end[2])
-
-
-def _why_not(rods: list[Row]) -> str:
-    """Why rods are no hull; empty if they are."""
-    if not rods:
-        return "has no rod, so that nothing floats it"
-    ends = sorted((_ends(rod) for rod in rods), key=lambda pair: pair[0][2])
-    axis = ends[0][0][:2]
-    if any(np.abs(end[:2] - axis).max() > _CLOSE for pair in ends for end in pair):
-        return "has rods that do not stand on one axis"
-    if any(high[2] <= low[2] for low, high in ends):
-        return "has a rod without height"
-    if any(abs(below[1][2] - above[0][2]) > _CLOSE for below, above in pairwise(ends)):
-        return "has rods with gaps between them"
-    return ""
-
-
-def _masses(
-    body: Row, rods: list[Row], types: dict[str, Row], keel: NDArray[Any], note: Callable[..., Any]
-) -> dict[str, float | list[float]]:
-    """Mass, height of its centre and moments about it, of body and rods together."""
-    center = _numbers(body, "CG", (1, 3))
-    center = center if len(center) == 3 else center[0] * np.array([0.0, 0.0, 1.0])
-    parts = [(body.number("mass", 0.0), center - keel, np.broadcast_to(_numbers(body, "I", (1, 3)), 3))]
-    for rod in rods:
-        low, high = _ends(rod)
-        length, kind = high[2] - low[2], types[rod["type"]]
-        mass, diameter = kind.number("mass_density", 0.0) * length, kind.number("diameter")
-        across = mass * (length**2 / 12 + diameter**2 / 16)
-        parts.append((mass, (low + high) / 2 - keel, np.array([across, across, mass * diameter**2 / 8])))
+    kinds = [type_of(rod, types) for rod in rods]
+    center = _center(body)
+    keel, axes = _frame(rods, center)
+    parts = _parts(body, center, rods, kinds)
     total = sum(mass for mass, _, _ in parts)
     if total <= 0:
-        raise InputError(f"line {body.line}: body {body['id']} and its rods have no mass.")
-    if any(np.abs(center[:2]).max() > _CLOSE for mass, center, _ in parts if mass):
-        raise InputError(f"line {body.line}: the centre of mass of a body off its rods' axis is not carried over.")
-    height = sum(mass * center[2] for mass, center, _ in parts) / total
-    moments = sum(own + mass * (center[2] - height) ** 2 * np.array([1.0, 1.0, 0.0]) for mass, center, own in parts)
-    found: dict[str, Any] = {"mass": float(total), "center_of_mass": float(height)}
-    if moments.min() > 0:
-        return found | {"inertia": moments.tolist()}
-    note(body.line, f"body {body['id']} has no inertia: that of its mass spread over the hull is taken")
+        raise InputError(f"line {(body or rods[0]).line}: {name} and its rods have no mass.")
+    if body is None or rods:
+        water = _water_of_rods(rods, kinds, keel, axes, note)
+    else:
+        keel, water = _own_water(body, keel, axes, total, rho, note)
+    section = {"name": name, "hull": water.pop("hull")}
+    section |= _masses(name, parts, keel, axes, (body or rods[0]).line, note) | water
+    if body is not None:
+        _say_rest(body, rods, note)
+    return BodyOf(section, keel, axes)
+
+
+def _center(body: Row | None) -> NDArray[Any]:
+    """Centre of mass of a body without its rods, in its frame."""
+    if body is None:
+        return np.zeros(3)
+    if "xcg" in body.values:
+        return np.array([body.number(f"{axis}cg", 0.0) for axis in "xyz"])
+    center = numbers(body, "CG", (1, 3))
+    return center if len(center) == 3 else center[0] * np.array([0.0, 0.0, 1.0])
+
+
+def _moments(body: Row) -> NDArray[Any]:
+    if "Ix" in body.values:
+        return np.array([body.number(f"I{axis}", 0.0) for axis in "xyz"])
+    return np.broadcast_to(numbers(body, "I", (1, 3)), 3)
+
+
+def _frame(rods: list[Row], center: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The lowest point on the axis of rods in a row, and the frame about it (columns); of a body without rods its
+    origin.  Raises NoBuoy."""
+    if not rods:
+        far = np.linalg.norm(center)
+        return np.zeros(3), _about(center / far if far > _CLOSE else np.array([0.0, 0.0, 1.0]))
+    pairs = [ends_of(rod) for rod in rods]
+    way = max((b - a for a, b in pairs), key=lambda along: float(np.linalg.norm(along)))
+    if np.linalg.norm(way) < _CLOSE or any(np.linalg.norm(b - a) < _CLOSE for a, b in pairs):
+        raise NoBuoy("has a rod without length")
+    axes = _about(way / np.linalg.norm(way))
+    start = pairs[0][0]
+    places = [[(end - start) @ axes for end in pair] for pair in pairs]
+    if any(np.hypot(*end[:2]) > _CLOSE for pair in places for end in pair):
+        raise NoBuoy("has rods that do not stand on one axis")
+    spans = sorted(sorted(float(end[2]) for end in pair) for pair in places)
+    if any(abs(below[1] - above[0]) > _CLOSE for below, above in pairwise(spans)):
+        raise NoBuoy("has rods with gaps between them")
+    return start + spans[0][0] * axes[:, 2], axes
+
+
+def _about(axis: NDArray[Any]) -> NDArray[Any]:
+    """A frame whose third column is an axis, upwards, turned from the other one the short way."""
+    axis = -axis if axis[2] < 0 else axis
+    across, c = np.array([-axis[1], axis[0], 0.0]), axis[2]
+    skew = np.array([[0, 0, across[1]], [0, 0, -across[0]], [-across[1], across[0], 0]])
+    found: NDArray[Any] = np.eye(3) + skew + skew @ skew / (1 + c)
     return found
 
 
-def _numbers(body: Row, column: str, counts: tuple[Any, ...] = (1, 2, 3, 6)) -> NDArray[Any]:
-    """Numbers a|b|c, so many of them."""
+_Part = tuple[float, "NDArray[Any]", "NDArray[Any]"]
+
+
+def _parts(body: Row | None, center: NDArray[Any], rods: list[Row], kinds: list[Row]) -> list[_Part]:
+    """Mass, centre and inertia (3, 3) about it, of the body and of its rods, in the body's frame."""
+    found: list[_Part] = [] if body is None else [(body.number("mass", 0.0), center, np.diag(_moments(body)))]
+    for rod, kind in zip(rods, kinds, strict=True):
+        a, b = ends_of(rod)
+        length, diameter = float(np.linalg.norm(b - a)), kind.number("diameter")
+        mass, way = kind.number("mass_density", 0.0) * length, (b - a) / length
+        across, along = mass * (length**2 / 12 + diameter**2 / 16), mass * diameter**2 / 8
+        found.append((mass, (a + b) / 2, across * np.eye(3) + (along - across) * np.outer(way, way)))
+    return found
+
+
+def _masses(
+    name: str, parts: list[_Part], keel: NDArray[Any], axes: NDArray[Any], line: int, note: Callable[..., Any]
+) -> dict[str, Any]:
+    """Mass, height of its centre and moments about it.  Raises NoBuoy."""
+    placed_parts = [(mass, (center - keel) @ axes, axes.T @ inertia @ axes) for mass, center, inertia in parts]
+    if any(np.abs(center[:2]).max() > _CLOSE for mass, center, _ in placed_parts if mass):
+        raise NoBuoy("has its centre of mass off the axis")
+    total = sum(mass for mass, _, _ in parts)
+    height = sum(mass * center[2] for mass, center, _ in placed_parts) / total
+    tensor: Any = sum(
+        own + mass * (center[2] - height) ** 2 * np.diag([1.0, 1.0, 0.0]) for mass, center, own in placed_parts
+    )
+    moments = np.diag(tensor)
+    found: dict[str, Any] = {"mass": float(total), "center_of_mass": float(height)}
+    if np.abs(tensor - np.diag(moments)).max() > _CLOSE * np.abs(moments).max():
+        raise NoBuoy("has an inertia whose main axes are not its own")
+    if moments.min() > 0:
+        return found | {"inertia": moments.tolist()}
+    note(line, f"{name} has no inertia: that of its mass spread over the hull is taken")
+    return found
+
+
+def _water_of_rods(
+    rods: list[Row], kinds: list[Row], keel: NDArray[Any], axes: NDArray[Any], note: Callable[..., Any]
+) -> dict[str, Any]:
+    """Hull and coefficients of rods in a row."""
+    spans = [sorted(float((end - keel) @ axes[:, 2]) for end in ends_of(rod)) for rod in rods]
+    order = sorted(range(len(rods)), key=lambda k: spans[k][0])
+    hull = [[height + 0.0, kinds[k].number("diameter")] for k in order for height in spans[k]]
+    low = kinds[order[0]]
+    for column in ("Cd", "Ca", "CdEnd", "CaEnd"):
+        if len({kind.number(column, 0.0) for kind in kinds}) > 1:
+            note(rods[order[1]].line, f"rods differ in {column}: that of the lowest is taken for the whole hull")
+    found = {"hull": hull, "normal_drag": low.number("Cd", 0.0), "added_mass": low.number("Ca", 0.0)}
+    return found | {"axial_drag": low.number("CdEnd", 0.0), "axial_added_mass": low.number("CaEnd", 0.0)}
+
+
+def _own_water(
+    body: Row, origin: NDArray[Any], axes: NDArray[Any], mass: float, rho: float, note: Callable[..., Any]
+) -> tuple[NDArray[Any], dict[str, Any]]:
+    """Keel and hull of a body without rods: a cylinder as high as wide, of its volume about its origin, with
+    coefficients that make the body's drag areas and added masses of it."""
+    volume = body.number("volume", 0.0)
+    if volume <= 0:
+        volume = HARDLY * mass / (rho or 1.0)
+        note(body.line, f"body {body['id']} has no volume: a hull that displaces {HARDLY:g} of its mass stands for it")
+    size = float(np.cbrt(4 * volume / math.pi))
+    areas, added = (_of_axes(body, column, note) @ axes**2 for column in ("CdA", _added(body)))
+    faces, spheres = 2 * math.pi / 4 * size**2, 2 * 2 / 3 * math.pi * (size / 2) ** 3
+    found = {"hull": [[0.0, size], [size, size]], "normal_drag": float(areas[:2].mean()) / size**2}
+    found |= {"added_mass": float(added[:2].mean())}
+    found |= {"axial_drag": float(areas[2]) / faces, "axial_added_mass": float(added[2]) * volume / spheres}
+    return origin - size / 2 * axes[:, 2], found
+
+
+def _added(body: Row) -> str:
+    return "point_Ca" if "point_Ca" in body.values else "Ca"
+
+
+def _of_axes(body: Row, column: str, note: Callable[..., Any]) -> NDArray[Any]:
+    """Values along the three axes of a body of a column with one for all, one for these, or one each."""
+    values = numbers(body, column)
+    if (len(values) == 2 and values[1]) or (len(values) == 6 and values[3:].any()):
+        note(body.line, f"of {column.removeprefix('point_')} = {body[column]} what is of turning is not carried over")
+    return values[:3] if len(values) >= 3 else np.full(3, values[0])
+
+
+def numbers(body: Row, column: str, counts: Sequence[int] = (1, 2, 3, 6)) -> NDArray[Any]:
+    """Numbers a|b|c, so many of them.  Raises InputError."""
     text = body.values.get(column, "0")
     try:
         values = np.array([number_of(part) for part in text.split("|")])
@@ -136,15 +242,12 @@ def _numbers(body: Row, column: str, counts: tuple[Any, ...] = (1, 2, 3, 6)) -> 
     return values
 
 
-def _say_rest(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> None:
+def _say_rest(body: Row, rods: list[Row], note: Callable[..., Any]) -> None:
     """Quantities of a body that a buoy has no place for."""
     for column, what in (("volume", "a volume besides its rods'"), ("CdA", "drag besides its rods'")):
-        if _numbers(body, column).any():
+        if rods and numbers(body, column).any():
             note(body.line, f"the body has {what}, {body[column]}, which is not carried over")
-    if any(_numbers(body, name).any() for name in ("Ca", "point_Ca")):
+    if rods and numbers(body, _added(body)).any():
         note(body.line, "the added mass of the body besides its rods' is not carried over")
-    for column in ("Cd", "Ca", "CdEnd", "CaEnd"):
-        if len({types[rod["type"]].number(column, 0.0) for rod in rods}) > 1:
-            note(rods[1].line, f"rods differ in {column}: that of the lowest is taken for the whole hull")
     if any(body.number(name, 0.0) for name in ("roll", "pitch", "yaw")):
         note(body.line, "how the body is turned at the start is left to its equilibrium")

@@ -31,7 +31,10 @@ SECTIONS = {
 #: Columns by what files call them, in lower case.
 COLUMNS = {
     "name": ("typename", "name", "linetype", "rodtype"),
-    "id": ("id", "line", "node", "lineid", "node#", "#", "num", "line#", "connection", "point", "body", "rod", "rodid"),
+    "id": (
+        *("id", "#", "num", "line", "lineid", "line#", "node", "node#", "connection", "point", "pointid"),
+        *("body", "bodyid", "rod", "rodid", "failureid", "failure"),
+    ),
     "diameter": ("diam", "diameter", "dia"),
     "mass_density": ("mass/m", "massden", "massdeninair", "mass/length", "massdens"),
     "EA": ("ea",),
@@ -43,7 +46,7 @@ COLUMNS = {
     "CaAx": ("caax", "cat"),
     "CdEnd": ("cdend",),
     "CaEnd": ("caend",),
-    "attachment": ("attachment", "type", "att"),
+    "attachment": ("attachment", "type", "att", "type/bodyid"),
     "x": ("x", "x0"),
     "y": ("y", "y0"),
     "z": ("z", "z0"),
@@ -64,16 +67,25 @@ COLUMNS = {
     "yaw": ("y0",),
     "CG": ("cg*", "cg"),
     "I": ("i*", "i"),
+    **{f"{axis}cg": (f"{axis}cg",) for axis in "xyz"},
+    **{f"I{axis}": (f"i{axis}", f"i{axis}{axis}") for axis in "xyz"},
     **{f"{axis}{end}": (f"{axis}{end}",) for axis in "xyz" for end in "ab"},
     "outputs": ("outputs", "lineoutputs", "rodoutputs", "flags/outputs", "flags", "out", "lineout"),
 }
 #: Names that mean one thing in one section and another in another.
 _IN = {
     "line types": {"linetype": "name"},
-    "rod types": {"rodtype": "name"},
+    "rod types": {"rodtype": "name", "cdt": "CdEnd", "cat": "CaEnd"},
     "bodies": {"y0": "y"},
     "lines": {"linetype": "type"},
     "rods": {"rodtype": "type", "type": "type"},
+    "failure": {"point": "point", "line(s)": "lines", "lines": "lines", "failtime": "time", "failten": "tension"},
+    "external loads": {"object": "object", "fext": "force", "blin": "linear", "bquad": "quadratic", "csys": "frame"},
+}
+#: What MoorDyn 2 reads at the places of its columns, whatever the file calls them.
+PLACES = {
+    "line types": ["TypeName", "Diam", "Mass/m", "EA", "BA/-zeta", "EI", "Cd", "Ca", "CdAx", "CaAx", "Cl", "dF", "cF"],
+    "rod types": ["TypeName", "Diam", "Mass/m", "Cd", "Ca", "CdEnd", "CaEnd"],
 }
 
 
@@ -122,8 +134,11 @@ class Tables:
         return next((self.options[name.lower()] for name in names if name.lower() in self.options), None)
 
 
-def parse(text: str) -> Tables:
-    """The tables of an input file.  Raises InputError for a file that has no lines of a mooring, or a bad row."""
+def parse(text: str, by_place: bool = False) -> Tables:
+    """The tables of an input file.  by_place: columns of types are those of MoorDyn 2, whatever they are called.
+
+    Raises InputError for a file that has no lines of a mooring, or a bad row.
+    """
     tables, section = Tables(), None
     for number, line in enumerate(re.split("\r\n|\r|\n", text), 1):
         if "---" in line:
@@ -133,7 +148,9 @@ def parse(text: str) -> Tables:
         elif section == "options":
             _option(tables, number, line)
         elif section not in tables.columns:
-            if not re.match(r"\s*\d+\s+N[A-Z]", line):  # of early files: how many rows there are
+            if not re.match(r"\s*\d+\s+(n[a-z]+\s*$|[a-z]+\s+-\s)", line, re.IGNORECASE):  # how many rows there are
+                if by_place and section in PLACES:
+                    line = " ".join([*PLACES[section], *line.split()[len(PLACES[section]) :]][: len(line.split())])
                 tables.columns[section] = number, line.split()
                 _check_header(section, number, line)
         elif section not in tables.units and section not in tables.rows and not any(map(is_number, line.split())):
@@ -232,6 +249,8 @@ def _row(tables: Tables, section: str, number: int, line: str) -> None:
     pairs = list(zip(names, columns, parts, strict=False))
     values = {name: part for name, _, part in pairs if name is not None}
     other = {column: part for name, column, part in pairs if name is None}
+    if section == "bodies" and (both := re.fullmatch(r"(\d+)([A-Za-z]\w*)", values.get("id", ""))):  # as 1Coupled
+        values = {"attachment": both[2]} | values | {"id": both[1]}
     tables.rows.setdefault(section, []).append(Row(number, values, other))
 
 
@@ -247,3 +266,8 @@ def is_number(text: str) -> bool:
 def _bodies(names: list[str | None]) -> list[str | None]:
     seen = names.index("y") + 1 if "y" in names else len(names)
     return names[:seen] + ["yaw" if name == "y" else name for name in names[seen:]]
+
+
+def is_nothing(text: str) -> bool:
+    """True for a number that is 0, and for what stands where there is no value."""
+    return text in ("-", "#") or (is_number(text) and number_of(text) == 0)

@@ -31,8 +31,13 @@ ELSEWHERE = {
     "currents": "they are in files of their own and are not carried over; add [current]",
     "waterkin": "waves and current are in a file of their own and are not carried over; add [waves], [current]",
 }
-#: Default of MoorDyn [Pa/m].
-KBOT = 3e6
+#: Defaults of MoorDyn [Pa/m, kg/m^3].
+KBOT, WATER = 3e6, 1025.0
+
+
+def density_of(tables: Tables) -> float:
+    """Density of the water [kg/m^3]."""
+    return float(_number(tables, *DENSITY, default=WATER)[1])
 
 
 def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[str, Any]:

@@ -141,7 +141,7 @@ class _Writer:
         along = c.tangential_drag * wide / math.pi
         self.types[key] = (
             name, diameter or 1e-3, c.line_density, EA, c.damping or -1.0, c.bending_stiffness,
-            c.normal_drag * wide, c.added_mass, along, 0.0,
+            c.normal_drag * wide, c.added_mass, along, c.tangential_added_mass,
         )  # fmt: skip
         if not c.damping:
             self.note("BA = -1: critical damping of each segment's shortest vibration, which this scene does not have")
@@ -171,9 +171,10 @@ class _Writer:
         none = (0.0,) * 4
         name, top = end.name or "", end.top
         if top is not None and end.kind in ("fixed", "prescribed"):
-            if end.kind == "prescribed":
+            moved = end.kind == "prescribed" or "." in name  # a fairlead of a vessel, which may rest
+            if moved:
                 self.driven.append(top)
-            return ("Fixed" if end.kind == "fixed" else "Coupled", *(top.position or ()), *none)
+            return ("Coupled" if moved else "Fixed", *(top.position or ()), *none)
         if end.kind == "buoy":
             buoy = self.network.buoys[name]
             place = (buoy.fairleads or {})[end.fairlead] if end.fairlead else (0.0, 0.0, buoy.mooring_height)
@@ -265,7 +266,7 @@ class _Writer:
 
 
 _OF_A_TYPE = ["line_density", "diameter", "area", "axial_stiffness", "damping"]
-_OF_A_TYPE += ["added_mass", "normal_drag", "tangential_drag", "bending_stiffness"]
+_OF_A_TYPE += ["added_mass", "tangential_added_mass", "normal_drag", "tangential_drag", "bending_stiffness"]
 
 
 def _elements(section: Cable) -> int:

@@ -165,6 +165,13 @@ EFFECTS: list[Effect] = [
     _of_water("cable normal drag", "cable.normal_drag", "drag", Drawn(1e-3, 1e2), line=cable.normal_drag),
     _of_water("cable tangential drag", "cable.tangential_drag", "drag", Drawn(1e-3, 1e1), line=cable.tangential_drag),
     _of_water("cable added mass", "cable.added_mass", "inertia", Drawn(-0.9, 5, even=True), line=cable.added_mass),
+    _of_water(
+        "cable tangential added mass",
+        "cable.tangential_added_mass",
+        "inertia",
+        Drawn(1e-3, 5),
+        line=cable.tangential_added_mass,
+    ),
     _of_water("buoy added mass", "buoy.added_mass", "inertia", Drawn(-0.9, 5, even=True), strip=hull.added_mass),
     _of_water("buoy normal drag", "buoy.normal_drag", "drag", Drawn(1e-3, 1e2), strip=hull.normal_drag),
     _of_water(

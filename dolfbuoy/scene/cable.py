@@ -192,6 +192,9 @@ class Cable(Section):
     added_mass: q.AddedMass = key("transverse added-mass coefficient C_A = C_M - 1", "1", default=0.0)
     normal_drag: q.Coefficient = key("transverse drag coefficient", "1", default=0.0)
     tangential_drag: q.Coefficient = key("longitudinal drag coefficient", "1", default=0.0)
+    tangential_added_mass: q.Coefficient = key(
+        "longitudinal added-mass coefficient, on the displaced mass", "1", default=0.0
+    )
     tangential_froude_krylov: bool = key("include the tangential Froude-Krylov force of the waves", default=True)
     marine_growth: MarineGrowth | None = key(
         "marine growth, rows [z, factor on diameter, factor on line_density], by depth at the start",

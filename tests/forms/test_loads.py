@@ -112,14 +112,15 @@ def cable_force(v, a, water, water_t, froude_krylov=False):
     v_n, v_t = split((0 if v is None else v) - water, TANGENT)
     force = -0.5 * 0.9 * RHO * 0.07 * np.linalg.norm(v_n) * v_n - 0.5 * 0.2 * RHO * 0.07 * np.linalg.norm(v_t) * v_t
     if a is not None:
-        force -= 0.4 * RHO * 0.004 * split(a, TANGENT)[0]
+        force -= RHO * 0.004 * (0.4 * split(a, TANGENT)[0] + 0.15 * split(a, TANGENT)[1])
     if water_t is not None:
-        force += RHO * 0.004 * (1.4 * split(water_t, TANGENT)[0] + froude_krylov * split(water_t, TANGENT)[1])
+        normal, along = split(water_t, TANGENT)
+        force += RHO * 0.004 * (1.4 * normal + (0.15 + froude_krylov) * along)
     return force
 
 
 TERMS = [(cable.normal_drag, 0.9), (cable.tangential_drag, 0.2), (cable.added_mass, 0.4)]
-TERMS += [(cable.normal_froude_krylov, None)]
+TERMS += [(cable.tangential_added_mass, 0.15), (cable.normal_froude_krylov, None)]
 
 
 def total(terms, *where):

@@ -247,6 +247,18 @@ def test_added_mass_slows_a_taut_line(key, value):
     assert (without.omega / with_it.omega).values[0] ** 2 == pytest.approx(1 + 1.01 * added / 5.0, rel=1e-6)
 
 
+@pytest.mark.parametrize(("key", "value"), cases({"tangential_added_mass": 0.6}, SPELLINGS))
+def test_tangential_added_mass_slows_a_stretching_line(key, value):
+    """By the water that it takes along; what moves across feels nothing of it."""
+    heavy = {**TAUT, "cable.to": [0.0, 0.0, -5.0 + 1e-4]}
+    scenes = (changed(scene, heavy) for scene in (SPELLINGS["cable."], placed(key, value)))
+    without, with_it = (modes(scene, number=9).set_index(mode="name") for scene in scenes)
+    added = RHO * math.pi / 4 * 0.05**2 * value
+    for mode, mass in (("cable axial 1", 5.0 + added), ("cable transverse 1", 5.0)):
+        slower = (without.sel(mode=mode).omega / with_it.sel(mode=mode).omega).values.ravel()[0]
+        assert slower**2 == pytest.approx(mass / 5.0, rel=1e-5)
+
+
 @pytest.mark.parametrize(("key", "value"), cases({"damping": 300.0}, SPELLINGS))
 def test_damping_of_a_stretching_line(key, value):
     heavy = {

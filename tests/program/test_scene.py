@@ -277,6 +277,7 @@ def test_section_adds_terms_to_the_forms(section, changes, dynamic):
         ("cable", "normal_drag", 0),
         ("cable", "tangential_drag", 0),
         ("cable", "added_mass", 0),
+        ("cable", "tangential_added_mass", 0),
         ("buoy", "normal_drag", 1),
         ("buoy", "added_mass", 1),
         ("buoy", "axial_drag", 1),

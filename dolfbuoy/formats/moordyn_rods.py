@@ -1,0 +1,222 @@
+"""Places where lines of MoorDyn end: on the ground, on vessels, on bodies, and on rods.
+
+A rod that stands still, or on a body, is two such places.  One that floats upright is a buoy.  All others are bars: an
+element that is straight and does not stretch, of the rod's mass, volume and coefficients, between two joints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError
+from .moordyn_body import BodyOf, NoBuoy, buoy_of, ends_of, placed, turn_of, type_of
+from .moordyn_text import Row, Tables
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: Words with which attachments begin.
+FIXED, MOVED = ("fix", "anch"), ("coupled", "vessel", "ves", "cpld", "fair")
+FREE, PINNED = ("free", "con", "point"), "pin"
+
+
+class Places:
+    """Ends of lines by what names them, and the sections that they stand on.
+
+    ends: key of a point or an end of a rod -> what a cable names; at: (line, place [m], "fixed", "moved" or "free") of
+    each; ways: direction of the rod there, from A to B, of ends that it clamps.
+    """
+
+    def __init__(self, tables: Tables, rho: float, note: Callable[..., Any]):
+        self.tables, self.rho, self.note = tables, rho, note
+        self.types = {row["name"]: row for row in tables.of("rod types")}
+        self.ends: dict[str, Any] = {}
+        self.at: dict[str, tuple[int, list[float], str]] = {}
+        self.ways: dict[str, list[float]] = {}
+        self.joints: dict[str, dict[str, Any]] = {}
+        self.vessels: dict[str, dict[str, Any]] = {}
+        self.buoys: dict[str, BodyOf] = {}
+        self.bars: dict[str, dict[str, Any]] = {}
+        self.bodies = {row["id"]: row for row in tables.of("bodies")}
+        self.used: set[str] = set()
+
+    def read(self) -> None:
+        """Bodies, then rods."""
+        rods, own = self.tables.of("rods"), dict[str, list[Row]]()
+        for rod in rods:
+            word = rod["attachment"].lower()
+            if word.startswith("body") and PINNED not in word:
+                own.setdefault(_digits(word), []).append(rod)
+        for number, body in self.bodies.items():
+            self._body(number, body, own.get(number, []))
+        for rod in rods:
+            self._rod(rod)
+
+    def put(self, key: str, line: int, place: NDArray[Any], kind: str, end: Any) -> None:
+        """Remember where an end is and what a cable that ends there names."""
+        self.at[key] = line, place.tolist(), kind
+        self.ends[key] = end
+
+    def on_vessel(self, key: str, line: int, name: str, place: NDArray[Any], point: str) -> None:
+        """A fairlead of a vessel that stands at the origin."""
+        vessel = self.vessels.setdefault(name, {"name": name, "position": [0.0, 0.0, 0.0], "fairleads": {}})
+        vessel["fairleads"][point] = place.tolist()
+        self.put(key, line, place, "moved", f"{name}.{point}")
+
+    def on_body(self, key: str, line: int, number: str, place: NDArray[Any], point: str) -> None:
+        """A point of a body, at a place in its frame [m]."""
+        if number not in self.bodies:
+            raise InputError(f"line {line}: there is no body {number}.")
+        position = placed(self.bodies[number], place)
+        if number in self.buoys:
+            self.put(key, line, position, "free", self.buoys[number].fairlead(point, place))
+        elif (name := f"body{number}") in self.vessels:
+            self.vessels[name]["fairleads"][point] = (self._own_turn(number) @ place + 0.0).tolist()
+            self.put(key, line, position, "moved", f"{name}.{point}")
+        else:
+            self.put(key, line, position, "fixed", position.tolist())
+
+    def _own_turn(self, number: str) -> NDArray[Any]:
+        """R from the frame of a body to that of what it is here: a buoy, a vessel with its heading, or the ground."""
+        turns = number in self.bodies and number not in self.buoys
+        heads = self.vessels.get(f"body{number}", {}).get("heading_deg")
+        return turn_of(self.bodies[number]) if turns and not heads else np.eye(3)
+
+    def hangs_on(self, key: str) -> Any:
+        """The end of a cable at a point or an end of a rod, which then is used."""
+        end = self.ends[key]
+        self._use(end)
+        return end
+
+    def _use(self, end: Any) -> None:
+        if isinstance(end, str):
+            self.used |= {end, end.partition(".")[0]}
+
+    def sections(self) -> dict[str, Any]:
+        """[[vessel]], [[joint]], [[buoy]] that lines end on, with the fairleads that they name."""
+        for bar in self.cables():
+            self._use(bar["from"])
+            self._use(bar["to"])
+        for section in [*self.vessels.values(), *(buoy.section for buoy in self.buoys.values())]:
+            fairleads = section.get("fairleads", {})
+            for name in [name for name in fairleads if f"{section['name']}.{name}" not in self.used]:
+                del fairleads[name]
+        joints = [joint for joint in self.joints.values() if joint["name"] in self.used]
+        vessels = [vessel for name, vessel in self.vessels.items() if name in self.used]
+        buoys = [buoy.section for buoy in self.buoys.values() if buoy.section["name"] in self.used]
+        found = {"joint": joints, "vessel": vessels, "buoy": buoys}
+        return {name: tables for name, tables in found.items() if tables}
+
+    def cables(self) -> list[dict[str, Any]]:
+        """Bars of which an end is used."""
+        return [bar for bar in self.bars.values() if {f"{bar['name']}a", f"{bar['name']}b"} & self.used]
+
+    def _body(self, number: str, body: Row, rods: list[Row]) -> None:
+        word, name = body.values.get("attachment", "free").lower(), f"body{number}"
+        for rod in rods:
+            type_of(rod, self.types)
+        if word.startswith(FIXED):
+            return
+        why = f"{name} is moved by the program that calls MoorDyn: it is a vessel at rest here"
+        if PINNED in word:
+            why = f"{name} is hinged: its points are on a vessel at rest here, which does not turn"
+        elif not word.startswith(MOVED):
+            try:
+                self.buoys[number] = buoy_of(name, body, rods, self.types, self.rho, self.note)
+                return
+            except NoBuoy as reason:
+                why = f"body {number} {reason}: its points are on a vessel at rest here"
+        place, yaw = [body.number(axis, 0.0) for axis in "xyz"], body.number("yaw", 0.0)
+        upright = not (body.number("roll", 0.0) or body.number("pitch", 0.0))
+        turned = {"heading_deg": yaw} if upright and yaw else {}
+        self.vessels[name] = {"name": name, "position": place} | turned | {"fairleads": {}}
+        self.note(body.line, why)
+
+    def _rod(self, rod: Row) -> None:
+        word, name = rod["attachment"].lower(), f"rod{rod.values.get('id', rod.line)}"
+        ends = ends_of(rod)
+        way = ends[1] - ends[0]
+        keys = [f"{name}{end}" for end in "ab"]
+        if np.linalg.norm(way) > 0 and PINNED not in word and not word.startswith("free"):
+            turn = self._own_turn(_digits(word))
+            self.ways |= dict.fromkeys(keys, (turn @ way / np.linalg.norm(way) + 0.0).tolist())
+        if word.startswith("free") or PINNED in word:
+            self._moving_rod(rod, word, name, ends)
+            return
+        for key, place in zip(keys, ends, strict=True):
+            self._hold(key, rod, word, place)
+
+    def _hold(self, key: str, rod: Row, word: str, place: NDArray[Any]) -> None:
+        """An end of a rod that stands on something."""
+        if word.startswith("body"):
+            self.on_body(key, rod.line, _digits(word), place, key)
+        elif word.startswith(MOVED):
+            self.on_vessel(key, rod.line, "vessel", place, key)
+        elif word.startswith((*FIXED, PINNED)):
+            self.put(key, rod.line, place, "fixed", place.tolist())
+        else:
+            raise InputError(f"line {rod.line}: the attachment {rod['attachment']!r} of a rod is not known.")
+
+    def _moving_rod(self, rod: Row, word: str, name: str, ends: list[NDArray[Any]]) -> None:
+        """A free rod, or one hinged at its end A."""
+        kind, length = type_of(rod, self.types), float(np.linalg.norm(ends[1] - ends[0]))
+        mass, d = kind.number("mass_density", 0.0), kind.number("diameter")
+        if length == 0:
+            self._joint(f"{name}a", rod, ends[0])
+            self.put(f"{name}b", rod.line, ends[1], "free", f"{name}a")
+        elif PINNED not in word and 0 < mass < self.rho * math.pi / 4 * d**2 and _stands(ends):
+            floating = buoy_of(name, None, [rod], self.types, self.rho, self.note)
+            self.buoys[name] = floating
+            for end, place in zip("ab", ends, strict=True):
+                self.put(f"{name}{end}", rod.line, place, "free", floating.fairlead(end, place))
+        else:
+            self._bar(rod, word, name, ends, length)
+
+    def _bar(self, rod: Row, word: str, name: str, ends: list[NDArray[Any]], length: float) -> None:
+        kind, low = type_of(rod, self.types), f"{name}a"
+        mass, d = kind.number("mass_density", 0.0), kind.number("diameter")
+        if mass <= 0:
+            raise InputError(f"line {rod.line}: {name} moves and has no mass: Mass/m of its type must be above 0.")
+        if PINNED in word:
+            self._hold(low, rod, word, ends[0])
+            if word.startswith("body"):  # where it stands: B is given from the body
+                ends = [placed(self.bodies[_digits(word)], end) for end in ends]
+        else:
+            self._joint(low, rod, ends[0])
+        self._joint(f"{name}b", rod, ends[1])
+        found = {"name": name, "from": self.ends[low], "to": self.ends[f"{name}b"], "length": length, "elements": 1}
+        found |= {"line_density": mass, "diameter": d, "normal_drag": kind.number("Cd", 0.0)}
+        found |= {"added_mass": kind.number("Ca", 0.0)}
+        # what both end faces have, spread over the length
+        along = {"tangential_drag": kind.number("CdEnd", 0.0) * math.pi * d / (2 * length)}
+        along |= {"tangential_added_mass": kind.number("CaEnd", 0.0) * 2 / 3 * d / length}
+        self.bars[name] = found | {key: value for key, value in along.items() if value}
+        self.note(rod.line, f"{name} is a bar here: a cable of one element that does not stretch")
+
+    def _joint(self, key: str, rod: Row, place: NDArray[Any]) -> None:
+        self.joints[key] = {"name": key}
+        self.put(key, rod.line, place, "free", key)
+
+
+def _stands(ends: list[NDArray[Any]]) -> bool:
+    """True if a rod is more upright than not: a buoy is looked for upright, and lines to both its ends would keep it so
+    where it should lie."""
+    return bool(abs(ends[1][2] - ends[0][2]) > math.hypot(*(ends[1] - ends[0])[:2]))
+
+
+def key_of(text: str) -> str | None:
+    """The key of an end of a line as a file names it: a point, or R1A, the end A of rod 1; None for neither."""
+    text = text.lower()
+    if text.isdigit():
+        return text
+    number = _digits(text)
+    rest = text.replace(number, "", 1) if number else ""
+    return f"rod{number}{rest[-1]}" if rest in ("ra", "rb", "roda", "rodb") else None
+
+
+def _digits(text: str) -> str:
+    return "".join(c for c in text if c.isdigit())
