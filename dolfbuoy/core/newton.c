@@ -258,6 +258,9 @@ static PetscErrorCode judge(numbers *n, SNES snes, PetscInt iteration, double st
         *reason = SNES_CONVERGED_SNORM_RELATIVE;
         return 0;
     }
+    /* Where rounding is told from slowness a residual that falls counts too: the first increment of a tension is small,
+       as that of the position has not turned anything yet, and the second no sign of a bad matrix. */
+    shrinking = n->fast > 0 && iteration > 1 && drop < shrinking ? drop : shrinking;
     n->valid = n->keep && shrinking <= n->slow;
     TRY(SNESGetTolerances(snes, NULL, NULL, NULL, &most, NULL));
     if (iteration >= most)

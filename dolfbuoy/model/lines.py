@@ -390,7 +390,10 @@ class Lines(Layout, Masses):
         if self.moment_dofs is not None:
             # Rows are angles times EI.  At rest 0.01 and 1 lead some lines astray; in motion their rounding counts.
             EI, share = float(self.typical_EI.value), 1.0 if self.dynamic else 0.1
-            blocks.append(Block("cable moment", first + self.moment_dofs.ravel(), EI / L, EI * share, unit="N m"))
+            # Rounding of EI r'' was measured as 4 EI L over the squared distance of nodes.
+            dofs, between = first + self.moment_dofs.ravel(), h / max(c.position_degree for c in self.sections)
+            noise = 10 * EI * L / between**2 if self.dynamic else 0.0
+            blocks.append(Block("cable moment", dofs, EI / L, EI * share, of_shape=noise, unit="N m"))
         return blocks
 
     def one_sided_rows(self, force: float) -> OneSidedRows:

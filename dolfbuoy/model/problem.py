@@ -105,6 +105,7 @@ class Problem:
         if self.lines and self.lines.turnable.any():
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
+            self._bearable = self._pushed_half_flat()
             self.newton.fault = self._inside_out
 
     @cached_property
@@ -116,9 +117,14 @@ class Problem:
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
+    def _pushed_half_flat(self):
+        """Tension at which the softest element is half as long [N]."""
+        found = [c for g in self.lines.groups for c, turns in zip(g.sections, g.turnable, strict=True) if turns]
+        return -0.5 * min(float(c.axial_stiffness) for c in found)
+
     def _inside_out(self):
         """Message if 1 + T/EA < 0 somewhere, a root that |r'| = |1 + e| has too; None if there is no such element."""
-        if allreduce(self.comm, self._smallest_tension(), MPI.MIN) >= 0:
+        if allreduce(self.comm, self._smallest_tension(), MPI.MIN) >= self._bearable:
             return None
         stretch = allreduce(self.comm, self.lines.smallest_stretch(self.system.u), MPI.MIN)
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
@@ -227,6 +233,8 @@ class Problem:
             model.change(scene)
         if self.law is not None:
             self.law.resize(self.lines.one_sided_rows(self.typical_force))
+        if self.lines and self.lines.turnable.any():
+            self._bearable = self._pushed_half_flat()
         self.system.blocks[:] = self._blocks()
         self.newton.forget()
 

@@ -36,8 +36,8 @@ class Block:
     """Unknowns of one kind, for scaling and for messages.
 
     `unknown` is their typical size; a residual row counts as `rest + moving * gamma**order`, gamma = 1/dt-like.
-    Rounding in the positions reaches these unknowns as `rounding * gamma**2` times the machine's epsilon: forces are
-    second derivatives of positions here.
+    Rounding in the positions reaches these unknowns as `rounding * gamma**2` or `of_shape` times the machine's epsilon:
+    forces are second derivatives of positions in time here, moments along the line.
     """
 
     name: str
@@ -47,12 +47,13 @@ class Block:
     moving: float = 0.0
     order: int = 1
     rounding: float = 0.0
+    of_shape: float = 0.0
     unit: str = ""  # of the unknown
 
     def unknown_size(self, gamma: float, tolerance: float) -> float:
         """Typical size, enlarged so that `tolerance` times it is not below the rounding noise."""
         noise = 100 * float(np.finfo(float).eps) * self.rounding * gamma**2
-        return max(self.unknown, noise / tolerance)
+        return max(self.unknown, noise / tolerance, 100 * float(np.finfo(float).eps) * self.of_shape / tolerance)
 
 
 class Values:

@@ -57,6 +57,13 @@ MADE = {
         "changed before it. Median of five (smallest to largest).",
     ),
     "accuracy": Made("", ("dolfbuoy study accuracy --out {out}",), "report.md", (*_FRONTS, "schemes.png")),
+    "bending": Made(
+        "A step with bending beside that of the same line without",
+        ("bending.py",),
+        None,
+        words="Medians of the blocks' microseconds on the processor and of their ratios; how far the quarters of these "
+        "are apart; Newton's iterations and new matrices of a step.",
+    ),
     "energy": Made("Energy balance", ("dolfbuoy study energy --out {out}",)),
     "slack": Made("Both slack laws", ("python -m tests.verification.slack --out {out}",)),
     "regularisation": Made("Regularisations", ("python -m tests.verification.regularisation short --out {out}",)),
