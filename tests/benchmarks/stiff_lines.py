@@ -1,6 +1,6 @@
 """Cost of a step of lines that bend beside that of the same lines without: CPU time, side by side.
 
-    OMP_NUM_THREADS=1 .venv/bin/python tests/benchmarks/bending.py [--blocks 20]
+    OMP_NUM_THREADS=1 .venv/bin/python tests/benchmarks/stiff_lines.py [--blocks 20]
 
 All cases of a scene take their steps in turn, one block after the other, until the scene's end; the ratio is the
 median of the blocks'.  Half a minute where nothing else runs.
