@@ -59,7 +59,7 @@ MADE = {
     "accuracy": Made("", ("dolfbuoy study accuracy --out {out}",), "report.md", (*_FRONTS, "schemes.png")),
     "bending": Made(
         "A step with bending beside that of the same line without",
-        ("stiff_lines.py",),
+        ("stiff_lines.py --blocks 20",),
         None,
         words="Medians of the blocks' microseconds on the processor and of their ratios; how far the quarters of these "
         "are apart; Newton's iterations and new matrices of a step.",
