@@ -66,7 +66,7 @@ def friction(mu: Scalar, contact: Contact) -> Expr:
 
 
 def holding(is_sinker: Scalar, contact: Contact) -> Expr:
-    """-k <g> n - k_t u [N]: what besides the bed's pressure holds a sinker at its place at rest, however it is pulled."""
+    """-k <g> n - k_t u [N]: what besides the bed holds a sinker at its place at rest, however it is pulled."""
     n, d = contact.normal, contact.displacement
     return -is_sinker * (contact.stiffness * max_value(contact.gap, 0.0) * n + contact.stick * (d - dot(n, d) * n))
 
