@@ -219,7 +219,8 @@ def main() -> None:
         if sys.stderr.isatty():  # somebody looks on: say what takes long
             log = logging.getLogger("dolfbuoy")
             log.addHandler(logging.StreamHandler())
-            log.setLevel(logging.INFO)
+            log.setLevel(25)  # solver.jit.NOTICE, without its import
+            log.propagate = False
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)

@@ -31,12 +31,12 @@ COMPILER = ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math"]
 @contextmanager
 def quiet_compiler() -> Iterator[None]:
     """Building an extension module reports every compiler call through the root logger."""
-    level = logging.root.level
-    logging.root.setLevel(max(level, logging.WARNING))
+    level = logging.root.manager.disable
+    logging.disable(logging.INFO)
     try:
         yield
     finally:
-        logging.root.setLevel(level)
+        logging.disable(level)
 
 
 @contextmanager
@@ -84,6 +84,7 @@ def _lock(handle: int, name: str) -> None:
 
 
 SECONDS_OF_SILENCE = 1.0
+NOTICE = 25  #: level of what only somebody who looks on wants to read
 _FLOCK = "hhqqi"  #: of <fcntl.h>: type, whence, start, length, process
 
 
@@ -137,7 +138,8 @@ def _call_helpers() -> None:
     """Begin to compile: one more process for every other core, if there are steps that it can take."""
     steps, _team.steps = _team.steps, ()
     if steps:
-        logging.getLogger("dolfbuoy").info("Compiling what this combination of effects needs, once on this machine.")
+        words = "Compiling what this combination of effects needs, once on this machine."
+        logging.getLogger("dolfbuoy").log(NOTICE, words)
         _team.helpers += [_helper(steps) for _ in range(min(len(steps), len(os.sched_getaffinity(0))) - 1)]
 
 

@@ -68,6 +68,9 @@ MADE = {
     "slack": Made("Both slack laws", ("python -m tests.verification.slack --out {out}",)),
     "regularisation": Made("Regularisations", ("python -m tests.verification.regularisation short --out {out}",)),
     "touchdown": Made("Touchdown", ("python -m tests.verification.touchdown --out {out}",)),
+    "measured": Made(
+        "Measured lines", ("python -m tests.verification.measured --out {out}",), figures=("measured.png",)
+    ),
     "hard-cases": Made("Hard cases", ("dolfbuoy study hard-cases --slow --out {out}",), "hard-cases.md"),
     "times": Made("", ("times.py --out {out}",), "times.md", ("times.png",)),
     "sweep": Made(

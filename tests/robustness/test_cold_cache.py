@@ -97,3 +97,10 @@ def test_waiting_for_another_process_is_said(tmp_path, caplog, monkeypatch, stop
             assert locked
         words = ", which is stopped and" if stopped else ", which"
         assert caplog.messages == [f"Waiting for process {other.pid}{words} compiles form."]
+
+
+def test_compilation_is_a_notice_and_what_the_compiler_says_is_not(tmp_path, caplog):
+    with caplog.at_level(jit.NOTICE, "dolfbuoy"), jit.quiet_compiler(), jit.helped([print]):
+        logging.getLogger("dolfbuoy").info("gcc -c")
+        compiled(tmp_path, "form")
+    assert caplog.messages == ["Compiling what this combination of effects needs, once on this machine."]
