@@ -15,8 +15,8 @@ from .shared import OverwriteOption, SceneArgument, SetOption, err, folder_of, l
 if TYPE_CHECKING:
     from ..scene import Scene
 
-FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn, or YAML of MoorPy or RAFT.")]
-FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, moorpy or raft.")]
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn or MAP++, or YAML of the others.")]
+FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, map, moorpy, raft, wisdem or famodel.")]
 PeerArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn.")]
 OutOption = Annotated[Path | None, out_option("results/moordyn-NAME")]
 COLUMNS = {"quantity": "quantity", "unit": "unit"}
@@ -33,11 +33,14 @@ def import_(
     columns: Annotated[
         str, typer.Option("--columns", help="Of MoorDyn: found by name, or by place as in MoorDyn 2.")
     ] = "name",
+    depth: Annotated[
+        float | None, number("--depth", "Of the water, where FILE does not give it \\[m].", min=1e-3, max=1e5)
+    ] = None,
 ) -> None:
     """A mooring of another program as a scene.  Example: dolfbuoy import moordyn lines.txt --out mine.toml"""
     from ..formats.files import as_toml, read
 
-    scene, notes = read(kind, file, columns)
+    scene, notes = read(kind, file, columns, depth)
     target = target if target is not None else Path(f"{file.stem}.toml")
     try:
         with target.open("x", encoding="utf-8") as new:

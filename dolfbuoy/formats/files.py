@@ -9,7 +9,7 @@ import tomli_w
 from ..errors import InputError, printable
 from ..scene import load_scene
 from ..scene.reading import MOST_BYTES
-from . import from_moordyn, from_yaml
+from . import from_famodel, from_map, from_moordyn, from_wisdem, from_yaml
 from .names import Note
 
 #: What a file can be.
@@ -17,13 +17,18 @@ READERS: dict[str, Callable[..., tuple[dict[str, Any], list[Note]]]] = {
     "moordyn": from_moordyn.scene_of,
     "moorpy": from_yaml.scene_of,
     "raft": from_yaml.scene_of,
+    "map": from_map.scene_of,
+    "wisdem": from_wisdem.scene_of,
+    "famodel": from_famodel.scene_of,
 }
 
 
-def read(kind: str, path: Path, columns: str = "name") -> tuple[dict[str, Any], list[Note]]:
+def read(kind: str, path: Path, columns: str = "name", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
     """The scene of a mooring in a file, as its sections and keys, and what could not be carried over.
 
     kind: one of READERS.  columns: "name", or "place" for those of MoorDyn 2 in their places, whatever they are called.
+    depth: of the water [m] where the file does not give it.
+
     Raises InputError for a file that cannot be read, or that makes no scene.
     """
     if kind not in READERS:
@@ -42,7 +47,7 @@ def read(kind: str, path: Path, columns: str = "name") -> tuple[dict[str, Any], 
     text = raw.decode("utf-8", errors="replace")
     title = "".join(c for c in Path(path).stem if c.isprintable())[:200]
     try:
-        scene, notes = READERS[kind](text, title, **({"by_place": True} if columns == "place" else {}))
+        scene, notes = READERS[kind](text, title, depth=depth, **({"by_place": True} if columns == "place" else {}))
         load_scene(scene)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

@@ -25,7 +25,7 @@ from . import moordyn_events
 from .moordyn_rods import FIXED, FREE, MOVED, Places, key_of
 from .moordyn_text import Row, Tables, canonical, is_nothing, parse
 from .moordyn_types import material_of
-from .moordyn_world import density_of, world
+from .moordyn_world import DEPTH, density_of, world
 from .names import Names, Note
 
 #: What the columns of version 1 are called, in the order of its files.
@@ -44,13 +44,19 @@ WANTED = {
 IN_PLACE_OF = {"CG": "zcg", "I": "Iz"}
 
 
-def scene_of(text: str, title: str = "", by_place: bool = False) -> tuple[dict[str, Any], list[Note]]:
+def scene_of(
+    text: str, title: str = "", by_place: bool = False, depth: float | None = None
+) -> tuple[dict[str, Any], list[Note]]:
     """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
 
     by_place: columns of types are those of MoorDyn 2 in their places, whatever the file calls them.
-    Raises InputError for another kind of file, or a row that cannot be read.
+    depth: of the water [m] where the file does not give it.  Raises InputError for another kind of file, or a row that
+    cannot be read.
     """
-    return _Reader(parse(text, by_place), title, by_place).scene()
+    tables = parse(text, by_place)
+    if depth is not None and tables.option(*DEPTH) is None:
+        tables.options[DEPTH[0].lower()] = 0, str(depth)
+    return _Reader(tables, title, by_place).scene()
 
 
 class _Reader:

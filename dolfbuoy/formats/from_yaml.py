@@ -34,7 +34,9 @@ LINE_TYPE = {
     "breaking_load": ("breaking_load", 1.0),
 }
 #: Other keys that are read, and words about a file.
-POINT, LINE = ("name", "type", "location", "mass", "volume"), ("name", "endA", "endB", "type", "length")
+POINT = ("name", "type", "location", "mass", "volume", "CdA", "Ca", "vessel")
+LINE = ("name", "endA", "endB", "type", "length")
+BODY = {"mass": "mass", "volume": "volume", "CdA": "drag_area", "Ca": "added_mass"}
 SITE, WORDS = ("water_depth", "rho_water", "g"), ("type", "name", "comments")
 ELEMENTS = 20
 #: The vessel on which fairleads are that name none.
@@ -66,8 +68,10 @@ def read_yaml(text: str) -> Any:
         raise InputError("this YAML is nested too deeply.") from None
 
 
-def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
+def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
     """The scene of a mooring in YAML, as its sections and keys, and what could not be carried over.
+
+    depth: of the water [m] where the file does not give it.
 
     Raises InputError for a file without points, lines and line types, or a value that cannot be read.
     """
@@ -79,10 +83,25 @@ def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
         isinstance(mooring.get(name), list) and mooring[name] for name in ("points", "lines", "line_types")
     ):
         raise InputError(
-            "there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT; text files that "
-            "MoorPy reads too are MoorDyn's: import moordyn."
+            "there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT; those of WISDEM "
+            "(nodes) and FAModel (mooring_line_configs) are others: import wisdem, famodel; text files that MoorPy "
+            "reads too are MoorDyn's: import moordyn."
         )
-    return _Reader(mooring, data if mooring is not data else {}, title).scene()
+    return scene_of_mooring(mooring, data if mooring is not data else {}, title, depth)
+
+
+def scene_of_mooring(
+    mooring: dict[str, Any],
+    design: dict[str, Any],
+    title: str = "",
+    depth: float | None = None,
+    vessels: dict[str, dict[str, Any]] | None = None,
+) -> tuple[dict[str, Any], list[Note]]:
+    """The scene of points, lines and line types; points on one of several `vessels` name it as their vessel.
+
+    design: which may have a site.  Raises InputError.
+    """
+    return _Reader(mooring, design, title, depth, vessels).scene()
 
 
 class _Reader:
@@ -91,9 +110,10 @@ class _Reader:
         mooring: dict[str, Any],
         design: dict[str, Any],
         title: str,
-        vessels: dict[str, dict[str, Any]] | None = None,
+        depth: float | None,
+        vessels: dict[str, dict[str, Any]] | None,
     ):
-        self.mooring, self.title, self.notes = mooring, title, list[Note]()
+        self.mooring, self.title, self.depth, self.notes = mooring, title, depth, list[Note]()
         self.vessels: dict[str, dict[str, Any]] = vessels or {}
         site = design.get("site")
         self.design, self.site = design, site if isinstance(site, dict) else {}
@@ -105,10 +125,10 @@ class _Reader:
             names = [str(row.get("name")) for row in self._rows(section)]
             if twice := {name for name in names if names.count(name) > 1}:
                 raise InputError(f"{section}: {min(twice)!r} is given twice.")
-        materials = {_text(row, "name", "line_types"): self._material(row) for row in self._rows("line_types")}
+        materials = {text_of(row, "name", "line_types"): self._material(row) for row in self._rows("line_types")}
         places, joints = self._points()
         cables = [self._cable(row, materials, places) for row in self._rows("lines")]
-        used = {_text(row, "type", "lines") for row in self._rows("lines")}
+        used = {text_of(row, "type", "lines") for row in self._rows("lines")}
         self._left_out()
         scene: dict[str, Any] = {"title": self.title} if self.title else {}
         scene |= self._world(places)
@@ -169,11 +189,11 @@ class _Reader:
         for where, section in (("mooring", self.mooring), ("site", self.site)):
             for name in names:
                 if section.get(name) is not None:
-                    return _number(section[name], f"{where}.{name}")
+                    return number(section[name], f"{where}.{name}")
         return None
 
     def _depth(self, places: dict[str, tuple[Any, list[float], str]]) -> float:
-        depth = self._given("water_depth")
+        depth = self.depth if (given := self._given("water_depth")) is None else given
         heights = {name: place[2] for name, (_, place, kind) in places.items() if kind != "free"}
         if depth is None:
             low = min(place[2] for _, place, _ in places.values())
@@ -187,15 +207,15 @@ class _Reader:
         return depth
 
     def _material(self, row: dict[str, float | str]) -> dict[str, float]:
-        name = _text(row, "name", "line_types")
+        name = text_of(row, "name", "line_types")
         found = {}
         for key, (own, factor) in LINE_TYPE.items():
             value = row.get(key)
             if value is None and key in ("mass_density", "diameter", "stiffness"):
                 raise InputError(f"line_types, {name}: {key} is missing.")
-            number = None if value is None else _number(value, f"line_types, {name}: {key}")
-            if number is not None and (number > 0 or key not in ("breaking_load", "tangential_added_mass")):
-                found[own] = factor * number
+            size = None if value is None else number(value, f"line_types, {name}: {key}")
+            if size is not None and (size > 0 or key not in ("breaking_load", "tangential_added_mass")):
+                found[own] = factor * size
         for key, value in row.items():
             if key not in LINE_TYPE and key not in ("name", "cost") and value:
                 self.note(f"line_types, {name}: {key} = {value} is not carried over")
@@ -206,11 +226,11 @@ class _Reader:
         places: dict[str, tuple[Any, list[float], str]] = {}
         joints: list[dict[str, Any]] = []
         for row in self._rows("points"):
-            name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()
+            name, kind = text_of(row, "name", "points"), text_of(row, "type", "points").lower()
             place = row.get("location")
             if not isinstance(place, list) or len(place) != 3:
                 raise InputError(f"points, {name}: location must be [x, y, z].")
-            place = [_number(value, f"points, {name}: location") for value in place]
+            place = [number(value, f"points, {name}: location") for value in place]
             if "anch" in kind or "fix" in kind:
                 places[name] = place, place, "fixed"
                 continue
@@ -219,7 +239,7 @@ class _Reader:
                 places[name] = self._on_vessel(row, own, place), self._in_space(row, place), "moved"
                 continue
             if "con" in kind or "free" in kind:
-                body = {key: _number(row[key], f"points, {name}: {key}") for key in ("mass", "volume") if row.get(key)}
+                body = {own: number(row[key], f"points, {name}: {key}") for key, own in BODY.items() if row.get(key)}
                 joints.append({"name": own} | body)
             else:
                 raise InputError(f"points, {name}: the type {row['type']!r} is not known: fixed, vessel or free.")
@@ -243,10 +263,10 @@ class _Reader:
         materials: dict[str, dict[str, float]],
         places: dict[str, tuple[Any, list[float], str]],
     ) -> dict[str, Any]:
-        name, material = _text(row, "name", "lines"), _text(row, "type", "lines")
+        name, material = text_of(row, "name", "lines"), text_of(row, "type", "lines")
         if material not in materials:
             raise InputError(f"lines, {name}: type {material!r} is none of the line_types: {', '.join(materials)}.")
-        ends = [_text(row, key, f"lines, {name}") for key in ("endA", "endB")]
+        ends = [text_of(row, key, f"lines, {name}") for key in ("endA", "endB")]
         for key, end in zip(("endA", "endB"), ends, strict=True):
             if end not in places:
                 raise InputError(f"lines, {name}: {key} = {end!r} is none of the points: {', '.join(places)}.")
@@ -254,18 +274,20 @@ class _Reader:
             raise InputError(f"lines, {name}: endA and endB are both {ends[0]!r}: must be two points.")
         found: dict[str, Any] = {"name": self.parts.of(name), "material": self.types.of(material)}
         found |= {"from": places[ends[0]][0], "to": places[ends[1]][0]}
-        found["length"] = _number(row.get("length"), f"lines, {name}: length")
+        found["length"] = number(row.get("length"), f"lines, {name}: length")
         return found | {"elements": ELEMENTS, "slack": "tension-only"}
 
 
-def _text(row: dict[str, Any], key: str, place: str) -> str:
+def text_of(row: dict[str, Any], key: str, place: str) -> str:
+    """A value of a table as text.  Raises InputError where there is none."""
     value = row.get(key)
     if value is None:
         raise InputError(f"{place}: {key} is missing.")
     return str(value)
 
 
-def _number(value: Any, place: str) -> float:
+def number(value: Any, place: str) -> float:
+    """A finite number.  Raises InputError for anything else."""
     try:
         found = number_of(value) if isinstance(value, str) else math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):

@@ -1,0 +1,118 @@
+"""A mooring in the input of MAP++ as a scene.
+
+Its tables are those of MoorDyn 1, and are read as such, but for these:
+
+- # before a value begins a guess that MAP++ improves, and is no comment; # alone is an unknown;
+- the water belongs to the program that calls MAP++: depth as a height is its bed;
+- CB is the friction of a line on the bed, which is laid slack and pulled: seabed.start = "pulled";
+- -999.9 is no value;
+- `repeat` in the solver's options makes the mooring again, turned about z [deg]; there are lines of options alone.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from dataclasses import replace
+from typing import Any
+
+from ..errors import InputError
+from ..scene.quantities import number_of
+from . import from_moordyn
+from .moordyn_text import is_number, parse
+from .names import Note
+
+#: What stands where there is no value.
+NONE = -999.9
+
+
+def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
+    """The scene of an input file of MAP++, as its sections and keys, and what could not be carried over.
+
+    depth: of the water [m]; absent: that of the deepest fixed node.  Raises InputError.
+    """
+    lines, options = _split(text)
+    notes, angles = [], list[float]()
+    for number, words in options:
+        if words[0].lower() == "repeat" and all(map(is_number, words[1:])):
+            angles += [number_of(word) for word in words[1:]]
+        elif words[0].lower() not in ("option", "(-)"):
+            notes.append(Note(f"the option {' '.join(words)} is not carried over", number))
+    plain = "\n".join(_plain(line, number, depth) for number, line in enumerate(lines, 1))
+    friction, said = _friction(plain)
+    scene, more = from_moordyn.scene_of(plain, title, depth=depth)
+    left = "the columns Can", "the column CB", "LINES has no"
+    more = [replace(n, text=n.text.replace("MoorDyn", "MAP++")) for n in more if not n.text.startswith(left)]
+    if "seabed" in scene:
+        scene["seabed"] = {"friction": friction, "start": "pulled"} if friction else {}
+    _repeat(scene, angles)
+    return scene, [*notes, *said, *more]
+
+
+def _split(text: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Lines with those of the solver's options emptied, and these with their numbers."""
+    lines, options, inside = re.split("\r\n|\r|\n", text), list[tuple[int, list[str]]](), False
+    for k, line in enumerate(lines):
+        if "---" in line:
+            inside = "SOLVER" in line.upper()
+        elif inside:
+            if (words := line.split("!")[0].split()) and not line.startswith(" "):  # a blank begins a comment there
+                options.append((k + 1, words))
+            lines[k] = ""
+    return lines, options
+
+
+def _plain(line: str, number: int, depth: float | None) -> str:
+    """A line as MoorDyn has it."""
+    if "---" in line:
+        return line
+    words = [_word(word, number, depth) for word in line.split("!")[0].split()]
+    if "node" in map(str.lower, words[:1]):
+        words = ["V" if word == "B" else word for word in words]
+    return " ".join(words)
+
+
+def _word(word: str, number: int, depth: float | None) -> str:
+    word = word.removeprefix("#") or "0"
+    if word.lower() == "depth":
+        if depth is None:
+            raise InputError(f"line {number}: depth is that of the program that calls MAP++: give --depth METRES.")
+        return f"{-depth:.14g}"
+    return "0" if is_number(word) and number_of(word) == NONE else word
+
+
+def _friction(text: str) -> tuple[float, list[Note]]:
+    """Friction of the bed: the largest of all types, and what is said of the others."""
+    rows = [(row.line, row.other["CB"]) for row in parse(text).of("line types") if "CB" in row.other]
+    values = [number_of(value) if is_number(value) else 0.0 for _, value in rows]
+    largest = max(values, default=0.0)
+    if len(set(values)) > 1:
+        said = f"CB differs among line types, and here it does not: the largest, {largest:g}, is taken"
+        return largest, [Note(said, rows[0][0])]
+    return largest, []
+
+
+def _repeat(scene: dict[str, Any], angles: list[float]) -> None:
+    """Add the mooring again, turned about z by each angle [deg]."""
+    cables, joints = scene["cable"], scene.get("joint", [])
+    vessels, own = scene.get("vessel", []), {joint["name"] for joint in joints}
+    given = [(vessel, dict(vessel["fairleads"])) for vessel in vessels]
+    made = copy.deepcopy((cables, joints))
+    for k, angle in enumerate(angles, 2):
+        for cable in copy.deepcopy(made[0]):
+            cable["name"] += f"_{k}"
+            for key in ("from", "to"):
+                if isinstance(cable[key], list):
+                    cable[key] = _turned(cable[key], angle)
+                elif cable[key] in own or "." in cable[key]:
+                    cable[key] += f"_{k}"
+            cables.append(cable)
+        joints += [joint | {"name": f"{joint['name']}_{k}"} for joint in made[1]]
+        for vessel, fairleads in given:
+            vessel["fairleads"] |= {f"{name}_{k}": _turned(at, angle) for name, at in fairleads.items()}
+
+
+def _turned(place: list[float], angle: float) -> list[float]:
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    return [c * place[0] - s * place[1], s * place[0] + c * place[1], place[2]]
