@@ -102,6 +102,8 @@ class _Writer:
             self.notes.append(Note(text))
 
     def export(self) -> Export:
+        if self.network.take_offs:
+            self.note(f"power take-offs are left out, which MoorDyn does not have: {', '.join(self.network.take_offs)}")
         bodies, rod_types, rods = self._bodies()
         for number, piece in enumerate(self.network.pieces, 1):
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)

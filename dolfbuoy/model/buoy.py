@@ -187,18 +187,21 @@ class Buoy(Model):
         found = self.hull.loads(state) if self.hull else []
         return [Load(effect.account, *load) for effect, *load in found]
 
-    def residuals(self, attachments: Sequence[Attachment] = ()) -> list[tuple[Part, ufl.Form]]:
+    def residuals(
+        self, lines: Sequence[Attachment] = (), take_offs: Sequence[Attachment] = ()
+    ) -> list[tuple[Part, ufl.Form]]:
         """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads.
 
         The loads of several lines are forms of their own, all alike, so that one is compiled for all.
         """
+        attachments = (*lines, *take_offs)
         state, point, one = self.kinematics(), self.at_once, self.one
         loads = self.point_loads(state, attachments if len(attachments) == 1 else ())
         force, torque = (add([getattr(load, name) for load in loads]) for name in ("force", "torque"))
         if self.dynamic:
             F, test_force, test_torque = self._momentum_balance(state, force, torque, attachments)
         else:
-            F, test_force, test_torque = self._equilibrium(state, force, torque, attachments)
+            F, test_force, test_torque = self._equilibrium(state, force, torque, lines)
         loads_of_water = self.hull.forms(state, test_force, test_torque) if self.hull is not None else []
         found = [(self.part, add_forms([one * F * point, *loads_of_water]))]
         for attachment in attachments if len(attachments) > 1 else ():

@@ -19,7 +19,7 @@ class Joining:
 
     def __init__(self, problem: "Problem"):
         self.comm, self.lines, self.bodies = problem.comm, problem.lines, problem.bodies
-        self.attachments, self.buoys = problem.attachments, problem.buoys
+        self.attachments, self.buoys, self.take_offs = problem.attachments, problem.buoys, problem.take_offs
         #: Local dofs (3,) of the members of each joint, None for members on other ranks; and without these.
         self.groups = []
         for name, ends in problem.network.meetings().items() if self.lines else ():
@@ -27,6 +27,7 @@ class Joining:
             members = [dofs if len(dofs) else None for dofs in members]
             if self.bodies and name in self.bodies.names:
                 members.append(self.bodies.part.offset + self.bodies.dofs[self.bodies.names.index(name)])
+            members += [dofs for device in self.take_offs for dofs in device.at_joint(name)]
             self.groups.append(members)
             if name in problem.network.welds:
                 moments = [self.lines.end_moments(piece, end) for piece, end in ends]
@@ -45,11 +46,12 @@ class Joining:
     def _order(self):
         """Free owned unknowns in their order, and the keys (3, n) of it, the last one first, with those of all ranks.
 
-        Lines and joints, after each line what attaches it to a buoy, the buoys at the end.  A single line has its
-        attachment after the buoy.
+        Lines and joints, after each line what attaches it to a buoy, the buoys at the end, behind their take-offs.  A
+        single line has its attachment after the buoy.
         """
         free = [buoy.part.slice for buoy in self.buoys.values() if buoy.motion is None]
         parts = [(np.arange(place.start, place.stop), (0, 0, np.inf)) for place in free]
+        parts += [(device.free(), (0, -1, np.inf)) for device in self.take_offs]
         for a in self.attachments:
             if a.rank == self.comm.rank:
                 alone = len(self.attachments) == 1
@@ -69,8 +71,8 @@ class Joining:
     def _ghosts(self, order, ties):
         """(local, global) numbers of the unknowns that other ranks own."""
         first = self.comm.scan(len(order)) - len(order)
-        size = self.lines.part.size
-        number = np.full(size if self.bodies is None else size + self.bodies.part.size, -1, dtype=np.int64)
+        last = [self.lines.part, *([self.bodies.part] if self.bodies else []), *self.take_offs][-1]
+        number = np.full(last.slice.stop, -1, dtype=np.int64)
         mine = self._owned(order)
         number[order[mine]] = first + np.flatnonzero(mine)
         for lines in self.lines.groups:

@@ -16,6 +16,8 @@ A term is a plain UFL function of `forms/`; its signature depends on where it en
     bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
     line_wet(cable, flow, r, share)       part of a line that is under water, for buoyancy and `line`
     joint_wet(body, flow, r)              part of a body at a joint that is under water
+    take_off(c, stretch)                  tension of a power take-off
+    take_off_energy(c, stretch)           energy that this tension stores; without it its power is absorbed
 
 c are its numbers as UFL constants: one, or several by name.
 """
@@ -27,12 +29,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..forms import buoy, cable, hull, joint, seabed, wind
+from ..forms import buoy, cable, hull, joint, seabed, take_off, wind
 from ..scene import Scene
 from ..scene.network import OWN
 from .rigid import axis_offset
 from .sea import heading
 from .surfacing import surfacing
+
+#: Where an end stop is that there is not [m].
+FAR = 1e9
 
 
 class Drawn(NamedTuple):
@@ -71,6 +76,8 @@ class Effect:
     bed: Callable[..., Any] | None = None
     line_wet: Callable[..., Any] | None = None
     joint_wet: Callable[..., Any] | None = None
+    take_off: Callable[..., Any] | None = None
+    take_off_energy: Callable[..., Any] | None = None
     default: Callable[..., Any] | None = None
     numbers: Mapping[str, Callable[..., Any]] | None = field(default_factory=dict)
     looks_at: Callable[..., Any] | None = None
@@ -111,6 +118,7 @@ def _sections(scene: Scene, name: str, part: Any) -> list[Any]:
         "cable": [piece.section for piece in network.pieces],
         "joint": list(network.bodies.values()),
         "buoy": list(network.buoys.values()),
+        "take_off": [device.section for device in network.take_offs.values()],
     }
     if name in parts:
         return parts[name] if part is None else [part]
@@ -124,6 +132,11 @@ def _sections(scene: Scene, name: str, part: Any) -> list[Any]:
 def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Any) -> Effect:
     """A coefficient of a force of the water."""
     return Effect(name, key, needs=("sea",), account=account, drawn={key: drawn}, **term)
+
+
+def _stop(value: float | None, otherwise: float) -> float:
+    """Place of an end stop; far away if there is none."""
+    return otherwise if value is None else value
 
 
 #: In the order in which a record names them.
@@ -315,6 +328,46 @@ EFFECTS: list[Effect] = [
         drawn={"seabed.friction": Drawn(1e-3, 1e1)},
     ),
     Effect("sinker that drags", "anchor.drags", neutral=False, needs=("seabed",), removable=False),
+    Effect(
+        "take-off pretension",
+        "take_off.pretension",
+        take_off=take_off.pretension,
+        take_off_energy=take_off.pretension_energy,
+    ),
+    Effect(
+        "take-off spring",
+        "take_off.stiffness",
+        take_off=take_off.spring,
+        take_off_energy=take_off.spring_energy,
+        numbers={"stiffness": lambda _, device: device.stiffness, "length": lambda _, device: device.length},
+        brings=("take_off.length",),
+    ),
+    Effect(
+        "take-off stops",
+        "take_off.stop_stiffness",
+        take_off=take_off.stops,
+        take_off_energy=take_off.stops_energy,
+        numbers={
+            "stiffness": lambda _, device: device.stop_stiffness,
+            "shortest": lambda _, device: _stop(device.shortest, -FAR),
+            "longest": lambda _, device: _stop(device.longest, FAR),
+        },
+        brings=("take_off.shortest", "take_off.longest"),
+    ),
+    Effect("take-off damping", "take_off.damping", take_off=take_off.damper, account="take_off"),
+    Effect(
+        "take-off quadratic damping",
+        "take_off.quadratic_damping",
+        take_off=take_off.quadratic_damper,
+        account="take_off",
+    ),
+    Effect(
+        "take-off friction",
+        "take_off.friction",
+        take_off=take_off.friction,
+        account="take_off",
+        numbers={"force": lambda _, device: device.friction, "speed": lambda _, device: device.friction_speed},
+    ),
 ]
 
 

@@ -30,6 +30,7 @@ from .interface import Evolution
 from .line_groups import lines_of
 from .rigid import weight_per_length
 from .structure import structure_of
+from .take_off import OnBuoy, TakeOff
 from .wet_hull import SUBMERGED
 
 #: Problems whose memory may wait for each other: a look for what is garbage takes as long as a quarter of one of them.
@@ -44,13 +45,15 @@ FAST = 1e-4
 class Problem:
     """Lines, bodies at their joints, buoys, their attachments, and the system that couples them.
 
-    Unknowns of a rank: [lines | bodies (3 each) | attachments (6 each) | state of each buoy (13, statics 7)], each only
-    if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.  driven: motions of
-    buoys by name, which are no unknowns then: the residual of their rows is the force and moment that moves them so.
+    Unknowns of a rank: [lines | bodies (3 each) | take-offs (3 or 6 at each end) | attachments (6 each) | state of each
+    buoy (13, statics 7)], each only if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by
+    `change`.  driven: motions of buoys by name, which are no unknowns then: the residual of their rows is the force and
+    moment that moves them so.
     """
 
     lines: Any  #: Lines or LineGroups; None without cables
     bodies: Any  #: Bodies; None without any, and on all ranks but the first
+    take_offs: list[Any]  #: each TakeOff, on the first rank
     buoys: dict[str, Any]  #: name -> Buoy of this rank
     attachments: list[Any]  #: one Attachment for each end of a line on a buoy
     route: str | None  #: how the equilibrium was found
@@ -84,9 +87,12 @@ class Problem:
             buoy, rank = self.buoys.get(held.name), self.buoy_ranks[held.name]
             offset = buoy and (buoy.offset_of(held.fairlead) if held.fairlead else buoy.offset)
             self.attachments.append(Attachment(self.lines, piece, end, rank, buoy, offset))
+        devices = self.network.take_offs if comm.rank == 0 else ()
+        self.take_offs = [TakeOff(scene, name, dynamic, self.buoys) for name in devices]
         self._at_ends = {(a.piece, a.end): a for a in self.attachments}
         #: Models of this rank, each with its evolutions, memory and forces.
-        self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
+        models = (self.lines, self.bodies, *self.take_offs, *self.buoys.values())
+        self.models = [model for model in models if model is not None]
         parts = self._number()
         one_sided = any(piece.section.slack == "tension-only" for piece in self.network.pieces)
         self.law = TensionOnly(self.lines.one_sided_rows(self.typical_force)) if one_sided else None
@@ -135,16 +141,21 @@ class Problem:
         return next(iter(self.buoys.values()), None)
 
     def _ranks(self):
-        """The rank of each buoy: that of the first line's end there."""
+        """The rank of each buoy: that of the first line's end there; of those with take-offs the first."""
         first = {}
         for piece, end in attached_ends(self.network):
             first.setdefault(self.network.pieces[piece].ends[end].name, (piece, end))
         owned = {name: self.comm.allgather(self.lines.owns_end(*end)).index(True) for name, end in first.items()}
+        owned |= {end.name: 0 for device in self.network.take_offs.values() for end in device.ends}
         return {name: owned.get(name, 0) for name in self.network.buoys}
 
     def attached_to(self, buoy: Buoy) -> list[Attachment]:
         """Attachments of a Buoy of this rank."""
         return [attachment for attachment in self.attachments if attachment.buoy is buoy]
+
+    def take_offs_on(self, buoy: Buoy) -> list[OnBuoy]:
+        """Ends of take-offs on a Buoy of this rank."""
+        return [end for device in self.take_offs for end in device.on(buoy)]
 
     def _number(self):
         """Give the unknowns their places; returns the parts of this rank."""
@@ -160,6 +171,9 @@ class Problem:
             add(lines, "cable", lines.w)
         if self.bodies:
             add(self.bodies, "bodies", self.bodies.state)
+        for device in self.take_offs:
+            parts += device.number(offset)
+            offset = device.slice.stop
         for attachment in self.attachments:
             parts += attachment.number(offset)
             offset = attachment.whole.stop
@@ -183,7 +197,9 @@ class Problem:
         if self.bodies:
             found.append((self.bodies.part, self.bodies.residual(self.bodies.part.test)))
         for buoy in self.buoys.values():
-            found += buoy.residuals(self.attached_to(buoy))
+            found += buoy.residuals(self.attached_to(buoy), self.take_offs_on(buoy))
+        for device in self.take_offs:
+            found += device.residuals()
         return found
 
     def _blocks(self):
@@ -195,7 +211,8 @@ class Problem:
             mine = None
             if (buoy := self.buoys.get(name)) is not None:
                 mine, sizes = buoy.blocks(length, force), (*buoy.reach_and_force(length, force), buoy.mass.mass)
-                mine += [block for attachment in self.attached_to(buoy) for block in attachment.blocks(*sizes)]
+                held = (*self.attached_to(buoy), *self.take_offs_on(buoy))
+                mine += [block for attachment in held for block in attachment.blocks(*sizes)]
             found.append((rank, mine))
         for rank, mine in found:
             names = self.comm.bcast([b.name for b in mine] if mine else None, root=rank)
@@ -215,6 +232,7 @@ class Problem:
         for body in self.network.bodies.values():
             displaced = scene.sea.density * body.volume if scene.sea else 0.0
             sizes.append(abs(body.mass - displaced) * scene.gravity)
+        sizes += [abs(device.section.pretension) for device in self.network.take_offs.values()]
         for buoy in self.network.buoys.values():
             sizes.append(buoy.mass * scene.gravity)
             if buoy.external_force:
@@ -259,7 +277,8 @@ class Problem:
 
     def stop_ends(self) -> None:
         """Ends that are moved stay where they are from now on."""
-        self.lines.stop(self.time.copy())
+        for model in (*([self.lines] if self.lines else []), *self.take_offs):
+            model.stop(self.time.copy())
         self._advance = None
 
     def when_accepted(self) -> list[Callable]:

@@ -32,6 +32,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
             (repr(buoy.hull), buoy.external_force and buoy.external_force.height is None, _called(scene, "buoy", buoy))
             for buoy in network.buoys.values()
         ),
+        *(_called(scene, "take_off", device.section) for device in network.take_offs.values()),
         _topology(network),
     )
 
@@ -57,7 +58,8 @@ def _topology(network: Network) -> str:
         shared += [len(found) == 1 for found in values]
     shared.append(len({getattr(body, "friction", None) for body in network.bodies.values()}) == 1)
     names = [list(part) for part in (network.joints, network.bodies, network.buoys, sorted(network.welds))]
-    return repr((ends, network.cables, *names, shared))
+    devices = [[(e.kind, e.name, e.fairlead) for e in device.ends] for device in network.take_offs.values()]
+    return repr((ends, network.cables, *names, shared, [*network.take_offs], devices))
 
 
 def _end(end: End) -> tuple[Any, ...]:

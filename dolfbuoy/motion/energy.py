@@ -31,7 +31,8 @@ class Meter:
     does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull, and of lines and bodies where the water ends
     at the surface (elsewhere it is in their weight).  damping: what stays in the material of the cable, and what
     radiated waves take.  bed: what the dampers of the sea bed take (its springs are elastic).  friction: of the bed.
-    outer: wind, external force, rotational damping.  top: of a prescribed end.
+    outer: wind, external force, rotational damping.  take_off: what power take-offs absorb, never positive.  top: of
+    prescribed ends.
     """
 
     def __init__(self, simulation):
@@ -49,6 +50,8 @@ class Meter:
         if simulation.problem.bodies:
             bodies = simulation.problem.bodies
             self._add(bodies, self._masses(bodies, bodies.body.mass, lambda force: force))
+        for device in simulation.problem.take_offs:
+            self._add(device, device.energies())
         for buoy in simulation.problem.buoys.values():
             self._add(buoy, self._buoy(buoy))
 
@@ -109,6 +112,9 @@ class Meter:
             values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
         if problem.lines:
             values["top"] = self._work_at_ends(problem)
+        for device in problem.take_offs:
+            v = device.velocities(problem.system.u)
+            values["top"] += sum(float(f @ v[i]) for i, f in device.reactions(problem.system.last_residual))
         return values
 
     @staticmethod

@@ -34,7 +34,8 @@ class Start:
     """Initial values on this rank; the lines' arrays are numbered as their dofs.
 
     route: the way to the equilibrium, if it is one.  memory: of the lines and the bodies at their joints.  moorings:
-    numbers of each attachment.  poses: of the buoys by name, of this rank at least.
+    numbers of each attachment; take_offs: of each take-off of this rank.  poses: of the buoys by name, of this rank at
+    least.
     """
 
     at_rest: bool = True
@@ -44,6 +45,7 @@ class Start:
     line_velocity: np.ndarray | None = None
     end_forces: dict[str, np.ndarray] = field(default_factory=dict)
     moorings: list[np.ndarray] = field(default_factory=list)
+    take_offs: list[np.ndarray] = field(default_factory=list)
     poses: dict[str, Pose] = field(default_factory=dict)
 
     def put(self, problem, u):
@@ -53,6 +55,8 @@ class Start:
             u[problem.lines.part.slice] = self.lines
         for attachment, values in zip(problem.attachments, self.moorings, strict=True):
             u[attachment.whole] = values
+        for device, values in zip(problem.take_offs, self.take_offs, strict=True):
+            u[device.slice] = values
         for name, buoy in problem.buoys.items():
             pose = self.poses[name]
             state = buoy.moving_state(pose.position, pose.quaternion, pose.velocity, pose.angular_velocity)
@@ -85,16 +89,23 @@ def initial_state(scene, comm, make=Problem, driven=()) -> Start:
         start.at_rest = scene.initial.kind == "equilibrium" and network.buoys.keys() <= set(driven)
     for name, buoy in network.buoys.items():
         _set_buoy(start, name, buoy.initial)
-    start.at_rest &= not any(_moves(end.top, piece) for piece in network.pieces for end in piece.ends)
+    if start.take_offs and not network.pieces and not start.at_rest:
+        poses = {name: (pose.position, pose.quaternion) for name, pose in start.poses.items()}
+        start.take_offs = [_at_ends(network, device, poses) for device in network.take_offs.values()]
+    for part, length in [
+        *((piece, piece.section.length) for piece in network.pieces),
+        *((device, 1.0) for device in network.take_offs.values()),
+    ]:
+        start.at_rest &= not any(_moves(end.top, length) for end in part.ends)
     return start
 
 
-def _moves(top, piece):
-    """True if an end that is held is moved at t = 0."""
+def _moves(top, length):
+    """True if an end that is held is moved at t = 0; length: of what it holds [m]."""
     if top is None or top.kind != "prescribed":
         return False
     step = 1e-6 * (top.period or 1.0)
-    same = np.allclose(top_position(top, step), top_position(top, 0.0), rtol=0, atol=1e-10 * piece.section.length)
+    same = np.allclose(top_position(top, step), top_position(top, 0.0), rtol=0, atol=1e-10 * length)
     return not same
 
 
@@ -117,6 +128,7 @@ def start_from(problem) -> Start:
         start.line_velocity = np.zeros_like(start.lines)
         start.end_forces = problem.end_forces()
     start.moorings = [u[attachment.whole].copy() for attachment in problem.attachments]
+    start.take_offs = [u[device.slice].copy() for device in problem.take_offs]
     for name, buoy in problem.buoys.items():
         pose = buoy.fields.of(u[buoy.part.slice])
         start.poses[name] = Pose(pose.position.copy(), pose.orientation / np.linalg.norm(pose.orientation))
@@ -143,7 +155,16 @@ def _from_shape(scene, comm) -> Start:
         start.end_forces = {"anchor_force": zero, "end_tension": zero.copy()}
     start.line_velocity = np.zeros_like(start.lines)
     start.moorings = _moorings(network, poses, start.end_forces)
+    start.take_offs = [_at_ends(network, device, poses) for device in network.take_offs.values() if comm.rank == 0]
     return start
+
+
+def _at_ends(network, device, poses):
+    """Numbers of a take-off: places of its ends, and of those on buoys no force yet; a joint has its place itself."""
+    places = [place_of(network, end, poses) for end in device.ends]
+    numbers = [np.zeros(3) if place is None else place for place in places]
+    pairs = zip(numbers, device.ends, strict=True)
+    return np.concatenate([np.pad(x, (0, 3 if end.kind == "buoy" else 0)) for x, end in pairs])
 
 
 def _moorings(network, poses, end_forces):

@@ -52,7 +52,7 @@ class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, bend_utilisation,
-    buoy, mooring, water, joint, place_tension.
+    buoy, mooring, water, joint, take_off, place_tension.
     """
 
     def __init__(
@@ -164,6 +164,9 @@ class Observer:
                 found["water"] = _joined(map(_all_of, wet))
         if problem.attachments:
             found["mooring"] = _joined(_all_of(u[a.slice], a.buoy is not None) for a in problem.attachments)
+        if self.network.take_offs:
+            here: list[NDArray[Any]] = [device.numbers for device in problem.take_offs]
+            found["take_off"] = _joined(map(_all_of, here or [np.zeros(3)] * len(self.network.take_offs)))
         if self.network.joints:
             found["joint"] = _joined(map(self._place_of, self.network.joints))
         return found
@@ -212,7 +215,7 @@ class Observer:
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
-        found |= {"joint": n.joints, "segment": stressed(n)}
+        found |= {"joint": n.joints, "segment": stressed(n), "take_off": n.take_offs}
         found["place"] = [place.name for place in self.places]
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
@@ -234,6 +237,8 @@ class Observer:
             self._stress.note()
         if self._bending is not None:
             self._bending.note()
+        for device in self.problem.take_offs:
+            device.note(self.problem.system.u)
         self._pick()
         if self.comm.size == 1:
             return self._row

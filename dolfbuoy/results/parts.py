@@ -11,8 +11,9 @@ from .quantities import QUANTITIES
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Dimensions of what belongs to a cable, to a buoy, and to an anchor.
+#: Dimensions of what belongs to a cable, to a buoy, to an anchor, and to a take-off.
 OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
+OWN["take_off"] = {"take_off"}
 #: Dimensions of which a part of a record has its own, or none.
 _SHARED = {"attachment", "joint"}.union(*OWN.values())
 
@@ -58,7 +59,8 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
 
 
 def alone(record: "xr.Dataset") -> "xr.Dataset":
-    """A record without the dimensions cable, buoy, attachment and segment where there is one: for interactive use."""
+    """A record without the dimensions cable, buoy, ... where there is one: for interactive use."""
     return record.squeeze(
-        [d for d in ("cable", "buoy", "attachment", "anchor", "segment") if record.sizes.get(d) == 1], drop=True
+        [d for d in ("cable", "buoy", "attachment", "anchor", "segment", "take_off") if record.sizes.get(d) == 1],
+        drop=True,
     )

@@ -116,6 +116,7 @@ _cable = _of("cable")
 _buoy_vector = _of("buoy xyz")
 _buoy = _of("buoy")
 _anchor = _of("anchor")
+_take_off = _of("take_off")
 _end_vector = _of("attachment xyz")
 _frame_nodes = _of("node xyz", "frame")
 _run_nodes = _of("node xyz", "run")
@@ -365,6 +366,36 @@ _ALL: tuple[Quantity, ...] = (
         curves=(Curve("angle", "yaw"),),
         paraview="yaw",
         turning=True,
+    ),
+    _take_off(
+        "take_off_length",
+        "m",
+        "distance of the ends of the take-off",
+        read=lambda n: n.each("take_off", 3)[..., 0],
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        curves=(Curve("length of take-offs", "of the ends"),),
+        summary="length of the take-off",
+    ),
+    _take_off(
+        "take_off_tension",
+        "N",
+        "tension of the take-off, positive where it draws its ends together",
+        read=lambda n: n.each("take_off", 3)[..., 1],
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        curves=(Curve("tension of take-offs", "of the take-off"),),
+        summary="tension of the take-off",
+        peaks="",
+    ),
+    _take_off(
+        "absorbed_power",
+        "W",
+        "power that the take-off absorbs",
+        read=lambda n: n.each("take_off", 3)[..., 2],
+        main=True,
+        curves=(Curve("absorbed power", "of the take-off"),),
+        summary="absorbed power",
+        compared="absorbed power",
+        peaks="",
     ),
     _buoy_vector("linear_momentum", "kg m s-1", "linear momentum of the buoy, p", read=lambda n: n.motion.momentum),
     _buoy_vector(

@@ -13,13 +13,15 @@ from ..meshes import number_of_cells
 from ..model.effects import called_by
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
+from ..scene.settings import period_of, ramp_of
 from . import bars, cautions
+from .after_ramp import AFTER
 from .cautions import states_of
 from .criteria import never_met, verdicts
 from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
 from .running import maximum, minimum, never_parted, rows_of, warnings_of
-from .series import LASTING, Series
+from .series import LASTING, Series, mean_over_time
 from .tables import force_unit, unit_of
 
 if TYPE_CHECKING:
@@ -37,6 +39,8 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     rows = [row for k, part in enumerate(lines) for row in _named(part, _of_line(part.record, *_ends(network, k)))]
     for part in parts_of(record, "anchor"):
         rows += _named(part, _declared(part.record, "anchor"))
+    for part in parts_of(record, "take_off"):
+        rows += _named(part, [*_declared(part.record, "take_off"), _mean_power(part.record, scene)])
     for part in parts_of(record, "buoy"):
         z = part.record.buoy_position.sel(xyz="z")
         places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
@@ -70,6 +74,18 @@ def _named(part: Part, rows: Iterable[tuple[str, str, str]]) -> list[tuple[str, 
     return [(part.named([name])[0], value, unit) for name, value, unit in rows]
 
 
+def _mean_power(record: xr.Dataset, scene: Scene) -> tuple[str, str, str]:
+    """Row of the mean absorbed power after the ramp, over whole periods of a regular wave as far as there are any."""
+    times, power = record.time.values, record.absorbed_power.values
+    begin, period = ramp_of(scene), period_of(scene)
+    if period and (whole := math.floor((times[-1] - begin) / period + 1 - AFTER)):
+        begin = times[-1] - whole * period
+    late = times >= begin * AFTER
+    mean = float(mean_over_time(times[late], power[late])) if late.any() else math.nan
+    unit, factor = unit_of(mean, "W")
+    return "mean of the absorbed power", f"{factor * mean:.4g}", unit
+
+
 def _strength(lines: list[Part]) -> list[tuple[str, str, str]]:
     """Rows of what each line carries of its breaking load, and of its marine growth."""
     return [row for part in lines for row in _named(part, [*rows_of(part.record), *_grown(part.record)])]
@@ -96,7 +112,7 @@ def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
 
 
 #: Dimensions of the numbers and vectors of an equilibrium that are shown, in the order of the table; "": of the whole.
-_OF = ("cable", "anchor", "buoy", "attachment", "")
+_OF = ("cable", "anchor", "buoy", "take_off", "attachment", "")
 
 
 def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:

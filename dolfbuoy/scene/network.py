@@ -20,6 +20,7 @@ from .section import Section, unit_of
 
 if TYPE_CHECKING:
     from .sections import Scene
+    from .take_off import TakeOff
 
 #: Sections that belong to one buoy: they stand in its table, or on top of a scene that has only one.
 OWN = ("wind", "external_force", "initial")
@@ -67,6 +68,14 @@ class Piece:
 
 
 @dataclass(frozen=True)
+class Device:
+    """A power take-off between two ends, which are held, at a free joint or on a buoy."""
+
+    section: "TakeOff"
+    ends: tuple[End, End]
+
+
+@dataclass(frozen=True)
 class Network:
     """Pieces, cable after cable and each from its lower end on; names of cables, joints (with what holds them, None:
     free) and buoys, each of these with its own wind, external force and start; bodies of free joints by their names.
@@ -79,6 +88,8 @@ class Network:
     buoys: dict[str, Buoy] = field(default_factory=dict)
     #: Joints through which lines that bend go on without a kink.
     welds: frozenset[str] = frozenset()
+    #: Power take-offs by their names.
+    take_offs: dict[str, Device] = field(default_factory=dict)
 
     @cached_property
     def bends(self) -> bool:
@@ -133,9 +144,9 @@ class Network:
         """Number of a cable, or name of a joint or a buoy -> all of those that hang together with it."""
         found: dict[str | int, set[str | int]] = {name: {name} for name in [*self.joints, *self.buoys]}
         for piece in self.pieces:
-            names: set[str | int] = {piece.cable, *(end.name for end in piece.ends if end.name is not None)}
-            joined = set().union(names, *(found.get(name, set()) for name in names))
-            found |= dict.fromkeys(joined, joined)
+            _join(found, {piece.cable, *(end.name for end in piece.ends if end.name is not None)})
+        for device in self.take_offs.values():
+            _join(found, {end.name for end in device.ends if end.name is not None})
         return found
 
     def key_of(self, cable: int) -> str:
@@ -145,6 +156,12 @@ class Network:
     def key_of_buoy(self, name: str) -> str:
         """Key of the table of a buoy: "buoy" of the only one, else "buoy.NAME"."""
         return _key_of("buoy", self.buoys, name)
+
+
+def _join(found: dict[str | int, set[str | int]], names: set[str | int]) -> None:
+    """Let parts that hang together with these names be one."""
+    joined = set().union(names, *(found.get(name, set()) for name in names))
+    found |= dict.fromkeys(joined, joined)
 
 
 def _key_of(section: str, names: Collection[str], name: str) -> str:
@@ -208,6 +225,7 @@ class _Resolver:
             low = replace(low, clamp=self._clamp(place, line.from_end, f"{key}.from_end"))
             high = replace(self._high(name, line), clamp=self._clamp(line.to, line.to_end, f"{key}.to_end"))
             pieces += self._chain(number, name, line, sections, (low, high))
+        take_offs = {name: self._device(name, one) for name, one in named(self.scene.take_offs, "take_off").items()}
         for key, name in [*(("joint", name) for name in self.joints), *(("vessel", name) for name in self.vessels)]:
             if name not in self.used:
                 raise Wrong(
@@ -219,7 +237,19 @@ class _Resolver:
             own = {key: getattr(buoy, key) or (getattr(self.scene, key) if alone else None) for key in OWN}
             buoys[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
         welds = frozenset(self.welds)
-        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys, welds)
+        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys, welds, take_offs)
+
+    def _device(self, name: str, section: "TakeOff") -> Device:
+        """A take-off with its ends; a joint of its own does not count as one that holds a cable."""
+        key, used = "take_off" if len(self.scene.take_offs) == 1 else f"take_off.{name}", self.used.copy()
+        ends = self._end(getattr(section, "from"), f"{key}.from"), self._end(section.to, f"{key}.to")
+        self.used = used | {end.name.partition(".")[0] for end in ends if end.name and end.name not in self.joints}
+        low, high = ends
+        if low == high or (low.held and high.held):
+            raise Wrong(
+                f"{key}.to", section.to, "must be another place than from, and one of the two must be free to move"
+            )
+        return Device(section, ends)
 
     def _clamp(self, place: Any, given: EndDirection | None, key: str) -> EndDirection | None:
         """Direction of an end at a place."""
@@ -422,6 +452,8 @@ def _check_held(network: Network) -> None:
     parts = network.parts()
     held: set[str | int] = {name for name, top in network.joints.items() if top is not None}
     held |= {piece.cable for piece in network.pieces if any(end.held or end.is_on_sinker for end in piece.ends)}
+    springs = [device.ends for device in network.take_offs.values() if device.section.holds]
+    held |= {str(other.name) for ends in springs for end, other in (ends, ends[::-1]) if end.held}
     for number, name in enumerate(network.cables):
         if not parts[number] & held:
             raise Wrong("cable.name", name, "hangs on nothing that is held: some end must have a place [x, y, z]")

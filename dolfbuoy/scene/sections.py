@@ -20,6 +20,7 @@ from .network import Network, check_network, resolved
 from .petsc_options import checked
 from .quantities import Missing, Wrong
 from .section import Section, key
+from .take_off import TakeOff
 from .vessel import Vessel
 from .waves import Waves
 
@@ -213,8 +214,9 @@ def _as_list(value: Any) -> list[Any]:
 Cables = Annotated[list[Line], BeforeValidator(_as_list)]
 Buoys = Annotated[list[Buoy], BeforeValidator(_as_list)]
 Anchors = Annotated[list[Anchor], BeforeValidator(_as_list)]
+TakeOffs = Annotated[list[TakeOff], BeforeValidator(_as_list)]
 #: Tables of which a scene may have several, and of which one alone is spelled [cable] too.
-SEVERAL = ("cable", "buoy", "anchor")
+SEVERAL = ("cable", "buoy", "anchor", "take_off")
 
 
 class Scene(Section):
@@ -231,6 +233,7 @@ class Scene(Section):
     joint: list[Joint] | None = None
     vessel: list[Vessel] | None = None
     anchor: Anchors | None = None
+    take_off: TakeOffs | None = None
     library: str | None = key("TOML file of user-defined materials, one table of keys per name", default=None)
     material: dict[q.Name, Material] | None = None
     waves: Waves | None = None
@@ -313,6 +316,10 @@ class Scene(Section):
     @property
     def buoys(self) -> list[Buoy]:
         return self.buoy or []
+
+    @property
+    def take_offs(self) -> list[TakeOff]:
+        return self.take_off or []
 
     def __eq__(self, other: object) -> bool:
         """Scenes are equal if they are once all defaults are written out."""

@@ -105,7 +105,9 @@ def _check_determined(problem: Problem) -> None:
 
 
 def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
-    """Buoys without cable float upright in still water; steady loads across would carry them away for ever."""
+    """Buoys without cable float upright in still water: steady loads across would carry them away for ever."""
+    if scene.network.take_offs:
+        return _on_take_offs(scene, comm, make)
     calm, sea = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea if scene.gravity else None
     problem = make(calm, dynamic=False, comm=comm)
     for buoy in problem.buoys.values():
@@ -123,10 +125,23 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
     return problem
 
 
+def _on_take_offs(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
+    """Buoys that nothing but take-offs hold, in still water where none of these pulls at rest."""
+    held = {end.name for device in scene.network.take_offs.values() if device.section.holds for end in device.ends}
+    calm = scene if scene.network.buoys.keys() <= held else adrift_nowhere(scene)
+    problem = make(calm.model_copy(update={"waves": None}), dynamic=False, comm=comm)
+    closed_form(problem).put()
+    problem.iterations, problem.route = problem.newton.solve(), "newton"
+    let_turn(problem)
+    return problem
+
+
 def let_turn(problem: Problem) -> None:
-    """Find the yaw under lines off the axis: the spring that holds a buoy against turning about its axis goes away by
-    and by; where that fails it turns in a damped motion."""
-    if not any(end.fairlead for piece in problem.network.pieces for end in piece.ends):
+    """Find the yaw under lines off the axis, and the place of buoys without lines: the spring that holds a buoy against
+    turning about its axis, or against going away, itself goes away by and by; where that fails it turns in a damped
+    motion."""
+    parts: list[Any] = [*problem.network.pieces, *problem.network.take_offs.values()]
+    if not any(end.fairlead for part in parts for end in part.ends) and not problem.network.take_offs:
         return
     for _ in range(20):
         before = problem.system.u.copy()
@@ -141,7 +156,9 @@ def let_turn(problem: Problem) -> None:
             break
         change = problem.system.u - before
         turns = [b.fields.of(change[b.part.slice]).orientation for b in problem.buoys.values()]
-        if max(problem.comm.allgather(float(np.abs(turns).max(initial=0.0)))) < SETTLED:
+        turns += [b.fields.of(change[b.part.slice]).position for b in problem.buoys.values() if problem.take_offs_on(b)]
+        largest = max((float(np.abs(turn).max()) for turn in turns), default=0.0)
+        if max(problem.comm.allgather(largest)) < SETTLED:
             return
     for buoy in problem.buoys.values():
         buoy.gauge.value = 1e-9 * buoy.gauge.value

@@ -55,7 +55,20 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
                     turned = rotation_of(poses[str(end.name)][1]) @ end.clamp.direction
                     changes[f"{name}_end"] = end.clamp.model_copy(update={"direction": tuple(turned.tolist())})
         cables.append(cable.model_copy(update=changes))
-    return scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
+    absent = dict.fromkeys(("buoy", "wind", "external_force"))
+    return scene.model_copy(update={"cable": cables, "take_off": _beside_buoys(network, poses), **absent})
+
+
+def _beside_buoys(network: Network, poses: Poses) -> Any:
+    """Take-offs of a network whose buoys are fixed ends; none between two of these."""
+    found = []
+    for device in network.take_offs.values():
+        if any(end.kind == "joint" for end in device.ends):
+            places = (place_of(network, end, poses) for end in device.ends)
+            pairs = zip(("from", "to"), device.ends, places, strict=True)
+            fixed = {key: tuple(map(float, x)) for key, end, x in pairs if end.kind == "buoy"}
+            found.append(device.section.model_copy(update=fixed))
+    return found or None
 
 
 def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:

@@ -19,6 +19,7 @@ from ..scene import Scene
 from ..scene.buoy import Buoy
 from ..scene.network import Network as SceneNetwork
 from ..scene.network import attached_ends
+from ..scene.take_off import TakeOff
 from . import network as still
 from .catenary import Array
 from .first_shape import given_shapes, points_of
@@ -40,7 +41,7 @@ class Start(NamedTuple):
         """Put the start into the unknowns of the Problem, with all data as the scene has them."""
         problem, u, lines = self.problem, self.problem.system.u, self.problem.lines
         floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
-        for k, shape in enumerate(self.shapes):
+        for k, shape in enumerate(self.shapes[: len(problem.network.pieces)]):
             lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
         for a in problem.attachments:
             u[a.slice] = np.concatenate(self.end(a.piece, a.end))
@@ -48,13 +49,25 @@ class Start(NamedTuple):
                 clamp: Any = problem.network.pieces[a.piece].ends[a.end].clamp
                 way = rotation_of(self.poses[str(problem.network.pieces[a.piece].ends[a.end].name)]) @ clamp.unit
                 u[a.clamp.slice] = [*way, 0.0, 0.0, 0.0]
+        for device in problem.take_offs:
+            places = self.device(device.name)
+            T, _ = device.section.at_rest(float(np.linalg.norm(places[1] - places[0])))
+            for end, place, sign in zip(device.ends, places, (1, -1), strict=True):
+                force = sign * T * _direction(places[1] - places[0])
+                u[end.slice] = [*place, *force][: end.slice.stop - end.slice.start]
         for name, buoy in problem.buoys.items():
-            attachment: Any = problem.attached_to(buoy)[0]
+            attachment: Any = [*problem.attached_to(buoy), *problem.take_offs_on(buoy)][0]
             q4 = self.poses[name]
             r_C = attachment.of(u).point - rotation_of(q4) @ attachment.offset.value
             u[buoy.part.slice] = buoy.reference.x.array[:] = np.concatenate([r_C, q4])
         problem.set_time(0.0)
         problem.system.share()
+
+    def device(self, name: str) -> list[Array]:
+        """Places of both ends of a take-off [m], which counts as a piece after all lines."""
+        network = self.problem.network
+        shape = self.shapes[len(network.pieces) + list(network.take_offs).index(name)]
+        return [shape.position(np.array([s]))[0] for s in (0.0, _spring(network.take_offs[name].section)[0])]
 
     def end(self, piece: int, end: int) -> tuple[Array, Array]:
         """(place [m], force of the line there [N]) of an end of a piece."""
@@ -144,7 +157,8 @@ def _drawn_apart(problem: Problem, network: still.Network, rest: still.Rest) -> 
 def _propped(problem: Problem, network: still.Network, rest: still.Rest) -> list[still.Joint]:
     """Joints of the network; those of struts, two-sided lines among ropes, are held aside at the struts' length."""
     joints = list(network.joints)
-    for piece, section in zip(network.pieces, problem.lines.sections, strict=True):
+    sections = problem.lines.sections if problem.lines else []
+    for piece, section in zip(network.pieces, sections, strict=False):  # behind them take-offs
         ends = sorted((piece.start, piece.end), key=lambda i: network.joints[i].free)
         held, free = (network.joints[i] for i in ends)
         way = rest.positions[ends[1]] - rest.positions[ends[0]]
@@ -174,6 +188,7 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     pressure: of the current on hulls and lines (3,) [Pa].
     """
     scene, network = problem.scene, problem.network
+    weight = max((buoy.mass * scene.gravity for buoy in network.buoys.values()), default=0.0)
     joints: list[still.Joint] = []
     number: dict[object, int] = {}
 
@@ -196,7 +211,27 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
         push = c.normal_drag * (c.diameter or 0.0) * c.length / 2 * pressure
         for i in (low, high):
             joints[i] = replace(joints[i], push=joints[i].push + push)
+    for device in network.take_offs.values():
+        (low, a), (high, b) = (place(end) for end in device.ends)
+        pieces.append(still.Piece(low, high, *_spring(device.section, weight), a, b))
     return still.Network(joints, pieces, Bed(*plane(scene)) if scene.seabed else None)
+
+
+#: A take-off without tension at rest pulls with this part of a buoy's weight per metre, for a start.
+WEAK = 1e-6
+#: Length that stands for one that a constant pull does not have [m].
+SHORT = 1e-3
+
+
+def _spring(device: TakeOff, weight: float = 1.0) -> tuple[float, float, float]:
+    """(length [m], weight [N/m], stiffness EA [N]) of an elastic line that pulls much as a take-off does at rest."""
+    k = device.stiffness or abs(device.pretension) or WEAK * max(weight, 1.0)
+    length = max((device.length or 0.0) - device.pretension / k if device.stiffness else 0.0, SHORT)
+    return length, 0.0, k * length
+
+
+def _direction(way: Array) -> Array:
+    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-300))
 
 
 def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> still.Joint:

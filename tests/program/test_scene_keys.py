@@ -18,6 +18,8 @@ UNITS = {
     "N m s",
     "N s",
     "N s/m",
+    "N s^2/m^2",
+    "N/m",
     "N m^2",
     "N m/rad",
     "deg",
@@ -52,7 +54,7 @@ def test_every_key_is_described(key):
 BY_NAME = ("solver.petsc", "buoy.fairleads", "vessel.fairleads", "initial.points", "uncertain", "design.vary")
 NAMED = "material"
 #: Sections that may be a list of tables.
-SECTIONS = ("cable", "buoy", "joint", "vessel", "anchor")
+SECTIONS = ("cable", "buoy", "joint", "vessel", "anchor", "take_off")
 
 
 def leaves(tree, prefix=""):
@@ -128,6 +130,7 @@ NETWORK = {
         {**FLOATING["buoy"], **{k: v for k, v in FLOATING.items() if k != "buoy"}, "name": name, "initial": {}}
         for name in ("left", "right")
     ],
+    "take_off": {"from": "left", "to": "right"},
 }
 
 
@@ -147,6 +150,7 @@ LISTED = (
     "cable.to_end.",
     "joint.",
     "vessel.",
+    "take_off.",
     "material.",
     "buoy.wind.",
     "buoy.external_force.",

@@ -40,6 +40,7 @@ COLUMNS = {
     "drag": "drag [J]",
     "bed": "bed [J]",
     "friction": "bed friction [J]",
+    "take_off": "take-offs [J]",
     "stored": "stored [J]",
     "defect": "defect [J]",
     "relative": "defect/drag",
