@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from .elsewhere import MPI
 from .errors import InputError, NoResult, NotAccurate, SolveError
 from .model.airy import sea_of
+from .model.pool import Pool
 from .model.prescribed_ends import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
@@ -21,7 +22,7 @@ from .results import record as results
 from .results.observe import Observer, attributes
 from .results.offset_record import Rows
 from .results.places import places_of
-from .results.recorder import Recorder
+from .results.recorder import Recorder, Unwritten
 from .scene import Scene, load_scene
 from .statics.equilibrium import solve_equilibrium
 from .statics.offsets import rests
@@ -254,20 +255,23 @@ def _with_bars(record, scene, folder, comm):
     if scene.accuracy.estimate == "time":
         coarse, events = None, {}
     else:
-        coarse = _tried(companion.companion_of(scene), comm)
+        pool = Pool()  # companions around events differ from each other in numbers only
+        coarse = _tried(companion.companion_of(scene), comm, pool)
         windows = bcast(comm, companion.events_of(scene, record) if comm.rank == 0 else None)
-        found = {window: _tried(companion.companion_around(scene, window), comm) for window in windows}
+        found = {window: _tried(companion.companion_around(scene, window), comm, pool) for window in windows}
+        pool.clear()
         events = {window: one for window, one in found.items() if not isinstance(one, Exception)}
     if comm.rank != 0:
         return record
     return _put(record, bars.bars_of(record, scene, coarse, events=events), scene, folder)
 
 
-def _tried(scene, comm):
+def _tried(scene, comm, pool):
     """The record of a run that is only compared with, or why it failed."""
     try:
-        return _quietly(scene, comm)
+        return _quietly(scene, comm, pool)
     except (SolveError, NoResult) as error:
+        pool.clear()  # what broke off may have left a problem in any state
         return error
 
 
@@ -275,10 +279,13 @@ def _accurate(scene, folder, comm, progress):
     """The record of a run with settings whose bars are within the scene's target.  Raises NotAccurate if none are."""
     from .accuracy import target
 
+    pool = Pool()
+
     def run(one, last):
-        return _sound(_drive(one, folder, comm, progress), one, comm) if last else _quietly(one, comm)
+        return _sound(_drive(one, folder, comm, progress), one, comm) if last else _quietly(one, comm, pool)
 
     found = target.reach(scene, run, comm)
+    pool.clear()
     record = found.record
     if comm.rank == 0:
         record = _put(record, (found.bars, found.sentences), found.scene, folder)
@@ -289,10 +296,15 @@ def _accurate(scene, folder, comm, progress):
     return record
 
 
-def _quietly(scene, comm):
-    """The record of a run that is only compared with; of its own steps the comparison takes care."""
+def _quietly(scene, comm, pool):
+    """The series of a run that is only compared with; of its own steps the comparison takes care."""
+    simulation = Simulation(load_scene(scene, accuracy=None), comm, pool=pool)
+    recorder = Unwritten(simulation)
+    for step, iterations in simulation.run():
+        recorder.add(step, iterations)
+        interruption.check()
     with warnings.catch_warnings(action="ignore", category=UserWarning):
-        return simulate(load_scene(scene, accuracy=None), comm=comm)
+        return _sound(recorder.series() if comm.rank == 0 else results.nothing(), scene, comm)
 
 
 def _put(record, bars, scene, folder):

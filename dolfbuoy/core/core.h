@@ -99,9 +99,7 @@ typedef struct {                /* what Python reads and changes too */
     int reason, error, iterations;                      /* of the latest attempt: SNES's and PETSc's */
     bool in_order;              /* it has converged, and nothing failed on the way */
     int many;                   /* iterations after which a matrix is not kept */
-    double enough;              /* size of the increment with which `improve` ends */
-    int most;                   /* of its increments */
-    bool improved;              /* one was so small */
+    bool improved;              /* the last increment outside of Newton's method was small enough */
     bool clocked;               /* count the seconds of this process in `seconds` */
     double seconds;
 } numbers;
@@ -140,6 +138,21 @@ PetscErrorCode install(newton *N);
 PetscErrorCode factorise_everywhere(PC pc, const char *package, bool natural);
 void attempt(const void *context);
 void judge_solve(const void *context);
+
+typedef struct {                /* entries of the Jacobian in rows that forces at ends are read of: */
+    ptrdiff_t count;
+    const int *places, *of_rows, *of_columns;           /* where its tensors have them, and to what they belong */
+} at_ends;
+
+typedef struct {                /* of the unknowns, with the matrix at hand */
+    const newton *newton;
+    scaled unknowns;            /* of `increment` */
+    double *increment;          /* of local unknowns; zero where they are held */
+    double enough;              /* size of the last one, in units of the unknowns */
+    int most;                   /* of them */
+    at_ends ends;
+} increments;
+
 void improve(const void *context);
 
 typedef struct {                /* a change of the unknowns that goes with a change of the residual */
@@ -150,8 +163,7 @@ typedef struct {                /* a change of the unknowns that goes with a cha
     double rough, noise;        /* ... and of one that shrinks no more, of the change and in units of the unknowns */
     double last;                /* the size before; 0: none */
     double rate;                /* by which increments shrink, as far as known */
-    ptrdiff_t count;            /* entries of the Jacobian in rows that forces at ends are read of: */
-    const int *places, *of_rows, *of_columns;           /* where its tensors have them, and to what they belong */
+    at_ends ends;
 } tangent;
 
 void evaluate_residual(const void *context);

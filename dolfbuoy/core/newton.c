@@ -395,33 +395,41 @@ static PetscErrorCode evaluate(const newton *N)
     return make_residual(N, N->f);
 }
 
-static PetscErrorCode take_increments(const newton *N)
+/* The residual after an increment, in rows that forces at ends are read of. */
+static void change_at_ends(const at_ends *E, const newton *N, const double *increment, double *residual)
+{
+    for (ptrdiff_t k = 0; k < E->count; ++k)
+        residual[E->of_rows[k]] -= N->jacobians->out[E->places[k]] * increment[E->of_columns[k]];
+}
+
+static PetscErrorCode take_increments(const increments *S)
 {
     KSP ksp;
-    PetscReal size;
+    PetscReal size = 0;
+    const newton *N = S->newton;
     numbers *n = N->numbers;
     TRY(SNESGetKSP(N->snes, &ksp));
     TRY(set_start(N));
-    TRY(evaluate(N));
-    for (int k = 0; k < n->most && !n->improved; ++k) {
+    for (int k = 0; k < S->most && !n->improved && isfinite(size); ++k) {
+        TRY(evaluate(N));
         TRY(KSPSolve(ksp, N->f, N->increment));
         TRY(VecAXPY(N->x, -1, N->increment));
-        TRY(evaluate(N));
         TRY(VecNorm(N->increment, NORM_INFINITY, &size));
-        n->improved = size <= n->enough;
-        if (!isfinite(size))
-            break;
+        n->improved = size <= S->enough;
     }
-    return 0;
+    TRY(read_into(N, &S->unknowns, N->increment));
+    change_at_ends(&S->ends, N, S->increment, N->residuals->out);
+    return read_solution(N, N->x);
 }
 
-/* From u, increments with the matrix at hand until one is small enough, and the residual where they end. */
+/* From u, increments with the matrix at hand until one is small enough; then the residual in rows of ends. */
 void improve(const void *context)
 {
-    const newton *N = context;
-    N->numbers->improved = false;
-    if (take_increments(N) || *N->failed)
-        N->numbers->improved = false;
+    const increments *S = context;
+    numbers *n = S->newton->numbers;
+    n->improved = false;
+    if (take_increments(S) || *S->newton->failed)
+        n->improved = false;
 }
 
 void evaluate_residual(const void *context)
@@ -495,8 +503,7 @@ static PetscErrorCode take_tangent_increment(tangent *T)
     TRY(read_into(N, &T->unknowns, N->increment));
     for (ptrdiff_t k = 0; k < N->residuals->length; ++k)
         T->change[k] -= T->increment[k];
-    for (ptrdiff_t k = 0; k < T->count; ++k)
-        T->residual[T->of_rows[k]] -= N->jacobians->out[T->places[k]] * T->increment[T->of_columns[k]];
+    change_at_ends(&T->ends, N, T->increment, T->residual);
     TRY(VecNorm(N->increment, NORM_INFINITY, &size));
     TRY(largest(N, T->change, &of_all));
     n->improved = enough(T, size, of_all) && reason > 0;

@@ -69,7 +69,8 @@ class Corrected:
         """All that the rest of the run depends on; nothing is copied."""
         known = {"steps": self.steps, "step": self.step, "follows": self.follows, "past": self.past.state()}
         older = {str(level): row for level, row in enumerate(self._older)}
-        return known | {"older": older, "difference": self._difference.state()}
+        jacobians, (places, *_) = self.system.add_jacobians.out, self.system.entries_of_ends
+        return known | {"older": older, "difference": self._difference.state(), "at_ends": jacobians[places]}
 
     def _restore(self, state):
         self.past.restore(state["past"])
@@ -77,6 +78,8 @@ class Corrected:
         self.steps, self.step, self.follows = int(state["steps"]), float(state["step"]), bool(state["follows"])
         for row, kept in zip(self._older, listed(state, "older"), strict=True):
             row[:] = kept
+        places, *_ = self.system.entries_of_ends  # of the matrix that Newton has left, which goes on with it
+        self.system.add_jacobians.out[places] = state["at_ends"]
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
@@ -124,7 +127,7 @@ class Corrected:
             self.system.read_given,
             predict,
             combination(u, [u, self._apart], np.ones(2)),
-            self.simulation.newton.improving(ENOUGH, MOST),
+            self.system.callbacks.improving(ENOUGH, MOST),
         )
         self._accept = together(
             combination(self._apart, [u, self._u], np.array([1.0, -1.0])),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time as clock
 from collections.abc import Callable
 from pathlib import Path
@@ -17,10 +18,12 @@ from . import checkpoint
 from .observe import Observer, attributes
 from .places import Place, places_of
 from .quantities import errors
-from .record import Record
+from .record import Record, nothing
 from .running import Extremes
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from ..motion.simulation import Simulation
 
 ROWS, NUMBERS = 1024, 4_000_000  # instants, or numbers, that are noted before quantities are made of them
@@ -184,3 +187,23 @@ class Recorder:
         }
         if self._parted:
             self.record.attributes["parted"] = self._parted
+
+
+class Unwritten(Recorder):
+    """Keeps the series of a run, and writes nothing."""
+
+    def __init__(self, simulation: Simulation, folder: Path | None = None, point: checkpoint.Checkpoint | None = None):
+        super().__init__(simulation, folder or Path(), point, late=True)
+
+    def save(self) -> None:
+        """Nothing, now and later."""
+        self._next_save = math.inf
+
+    def series(self) -> xr.Dataset:
+        """All that was added, over time, as `results.record.read` would return it, on rank 0; collective."""
+        self._parted = self.observer.parted(self._fixed)
+        if not self.root:
+            return nothing()
+        self._make_values()
+        self._put_attributes()
+        return self.record.series()

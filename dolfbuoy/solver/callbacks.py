@@ -59,8 +59,28 @@ class Callbacks:
         check(core().lib.install(c))
 
     def work(self, name: str) -> Work:
-        """A function of newton.c: `attempt`, `judge_solve`, `improve`, `evaluate_residual` or `renew_matrix`."""
+        """A function of newton.c: `attempt`, `judge_solve`, `evaluate_residual` or `renew_matrix`."""
         return Work(name, self._context, self)
+
+    def improving(self, enough: float, most: int) -> Work:
+        """Function that from `u` takes increments with the matrix at hand, until one is not larger than `enough`.
+
+        In units of the unknowns, `most` of them; `numbers.improved` is true then if one was so small.  In rows of held
+        and of tied unknowns the latest residual is then that after the last increment, linearised.
+        """
+        system: System = self._alive[0]
+        increment = np.zeros_like(system.u)
+        unknowns = system.scaled_unknowns.of(increment)
+        found = core().ffi.new("increments *", {"newton": self._context, "enough": enough, "most": most})
+        found.unknowns, found.increment = unknowns.described[0], address(increment)
+        self._put_ends(found.ends)
+        return Work("improve", found, (self, unknowns, increment))
+
+    def _put_ends(self, ends: Any) -> None:
+        """Entries of the Jacobian in rows that forces at ends are read of."""
+        entries = self._alive[0].entries_of_ends
+        ends.count = len(entries[0])
+        ends.places, ends.of_rows, ends.of_columns = map(address, entries)
 
     def improving_tangent(self, residual: Array, change: Array, enough: float, rough: float, noise: float) -> Work:
         """Function that takes from `change` the increment that belongs to `residual`, with the matrix at hand.
@@ -76,6 +96,5 @@ class Callbacks:
         found = core().ffi.new("tangent *", {name: address(array) for name, array in arrays.items()})
         found.newton, found.rows, found.unknowns = self._context, rows.described[0], unknowns.described[0]
         found.enough, found.rough, found.noise, found.rate = enough, rough, noise, 1.0
-        found.places, found.of_rows, found.of_columns = map(address, system.entries_of_ends)
-        found.count = len(system.entries_of_ends[0])
+        self._put_ends(found.ends)
         return Work("improve_tangent", found, (self, rows, unknowns, arrays))

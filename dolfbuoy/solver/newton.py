@@ -13,7 +13,7 @@ from petsc4py import PETSc
 
 from ..errors import InputError, SolveError
 from .c_code import check, core
-from .vector_ops import Work, copies, together
+from .vector_ops import copies, together
 
 if TYPE_CHECKING:
     from .system import System
@@ -163,15 +163,6 @@ class Newton:
             self.system.publish()
             raise SolveError(fault)
         return iterations
-
-    def improving(self, enough: float, most: int) -> Work:
-        """Function that from `u` takes increments with the matrix at hand, and evaluates the residual where they end.
-
-        `numbers.improved` is true then if one was not larger than `enough`, and false if `most` of them were.
-        """
-        self.numbers.enough, self.numbers.most = enough, most
-        improve: Work = self.system.callbacks.work("improve")
-        return improve
 
     def _solve_as_best(self) -> tuple[int, str | None]:
         """Iterations, and what is wrong: with the matrix at hand, else with new ones, else with pivoting."""

@@ -23,7 +23,7 @@ from ..results import cautions, checkpoint
 from ..results import folder as folders
 from ..results.bars import by_label
 from ..results.record import read
-from ..results.recorder import Recorder
+from ..results.recorder import Recorder, Unwritten
 from ..results.sample import numbers_of, sample_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
@@ -132,30 +132,27 @@ def _remove(folder: Path | None) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-class _CaseRecorder(Recorder):
+class _CaseRecorder(Unwritten):
     """Writes nothing of a case that takes no longer than a pause, and nothing at all without a folder."""
 
     def __init__(self, simulation: Simulation, folder: Path | None, point: Any):
-        super().__init__(simulation, folder or Path(), point, late=True)
+        super().__init__(simulation, folder, point)
         self._somewhere = folder is not None
 
     def save(self) -> None:
         if not self._somewhere:
-            self._next_save = math.inf
+            super().save()
             return
         if not self.folder.is_dir():
             made(self.folder.parent, self.folder.name)
             folders.begin(self.folder, "run", self.simulation.scene)
-        super().save()
+        Recorder.save(self)
 
     def finished(self, keep: bool) -> xr.Dataset:
         """The record of the whole run; keep: on disk, with its last state."""
         if keep:
             self.save()
         elif self.record.counts["time"] == 0:
-            self._make_values()
-            self._parted = self.observer.parted(self._fixed)
-            self._put_attributes()
-            return self.record.series()
+            return self.series()
         self.close()
         return read(self.folder / "results.nc")
