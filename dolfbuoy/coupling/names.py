@@ -40,7 +40,19 @@ def drivable(network: Network) -> list[str]:
         for which, k, i in (("from", network.first_of(number), 0), ("to", network.last_of(number), 1)):
             end = network.pieces[k].ends[i]
             found += [end.name or f"{cable}.{which}"] if end.kind == "fixed" else []
-    return list(dict.fromkeys(found))
+    return [*dict.fromkeys(found), *(f"{network.name_of(k)}.winch" for k in range(len(network.pieces)))]
+
+
+def wound_piece(network: Network, name: str) -> int | None:
+    """Number of the piece whose length "CABLE.winch" or "CABLE.NUMBER.winch" is; None for another name.
+
+    Raises InputError for a length that the scene changes itself.
+    """
+    names = {f"{network.name_of(k)}.winch": k for k in range(len(network.pieces))}
+    piece = names.get(name)
+    if piece is not None and network.pieces[piece].section.winch is not None:
+        raise InputError(f"driven = {name!r}: the scene has a winch there already.")
+    return piece
 
 
 def check_body(network: Network, name: str) -> None:

@@ -54,7 +54,8 @@ class Session:
 
     scene: as for `simulate`, with a section [time]: its step is the longest that is taken, its end does not count.
     driven: names of what the caller will move.  Ends of lines that the scene holds: "CABLE.from", "CABLE.to", or the
-    name of a joint with a position; and buoys, which then move as the caller says and no force on them matters.
+    name of a joint with a position; buoys, which then move as the caller says and no force on them matters; and
+    "CABLE.winch", the unstretched length of a line, or "CABLE.NUMBER.winch" of one of its segments.
     out: folder for results.nc, scene.toml and checkpoint.npz, written as in a run; without it nothing is recorded.
     resume: folder of a run or session to go on with, instead of scene and out.  comm: on several ranks all functions
     are collective.  overwrite, overrides: as for `simulate`.
@@ -106,8 +107,10 @@ class Session:
 
     def _begin(self, driven: Iterable[str], point: checkpoint.Checkpoint | None) -> None:
         network, driven = self.scene.network, [driven] if isinstance(driven, str) else list(driven)
-        ends = {name: names.driven_ends(network, name) for name in driven if name not in network.buoys}
-        bodies = {name: partial(self._place, name) for name in driven if name not in ends}
+        wound = {name: piece for name in driven if (piece := names.wound_piece(network, name)) is not None}
+        others = [name for name in driven if name not in wound]
+        ends = {name: names.driven_ends(network, name) for name in others if name not in network.buoys}
+        bodies = {name: partial(self._place, name) for name in others if name not in ends}
         for name in bodies:
             names.check_body(network, name)
         self.paths: dict[str, Path] = {}
@@ -116,7 +119,10 @@ class Session:
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
         self._open.callback(self.simulation.problem.destroy)
-        for name in driven:
+        for name, piece in wound.items():
+            self.paths[name] = Path(self.t, [network.pieces[piece].section.length])
+            self.simulation.wind(piece, self.paths[name])
+        for name in others:
             if name in bodies:
                 self.paths[name] = Pose(self.t, [float(x) for x in np.concatenate(self.state(name)[:2])])
                 continue
@@ -145,8 +151,9 @@ class Session:
     ) -> None:
         """Move something driven over the next step; without a call it stays where it is.
 
-        position: of an end of a line, or of C of a buoy, at the end of the step [m]; or a function of time, which holds
-        until another call: t -> position of an end; of a buoy (position, orientation, velocity, angular_velocity).
+        position: of an end of a line, or of C of a buoy, or length of a line, at the end of the step [m]; or a function
+        of time, which holds until another call: t -> position of an end, or length; of a buoy (position, orientation,
+        velocity, angular_velocity).
         orientation: of a buoy, a quaternion.  velocity [m/s] and, of a buoy, angular_velocity [rad/s]: at the end of
         the step.  Shorter steps in between follow the cubic through positions and velocities of both its ends (error of
         order 4 in the step); without velocities the parabola through the last three positions (order 3), at first a
@@ -158,7 +165,12 @@ class Session:
         path.function = position if callable(position) else None
         if path.function is not None:
             return
-        place, speed = numbers_of("position", position, 3), numbers_of("velocity", velocity, 3)
+        count = 1 if name.endswith(".winch") else 3
+        if count == 1:
+            position, velocity = np.ravel(position), None if velocity is None else np.ravel(velocity)
+        place, speed = numbers_of("position", position, count), numbers_of("velocity", velocity, count)
+        if count == 1 and place[0] <= 0:
+            raise InputError(f"position = {place[0]}: must be a length > 0 of {name}.")
         if isinstance(path, Pose):
             if orientation is None or (velocity is None) != (angular_velocity is None):
                 raise InputError(f"{name!r} needs position and orientation, and velocity and angular_velocity or none.")

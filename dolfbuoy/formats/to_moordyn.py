@@ -104,6 +104,8 @@ class _Writer:
     def export(self) -> Export:
         if self.network.take_offs:
             self.note(f"power take-offs are left out, which MoorDyn does not have: {', '.join(self.network.take_offs)}")
+        if any(piece.section.winch for piece in self.network.pieces):
+            self.note("winches are left out, which MoorDyn does not have: lines keep their first length")
         bodies, rod_types, rods = self._bodies()
         for number, piece in enumerate(self.network.pieces, 1):
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)

@@ -163,6 +163,7 @@ EFFECTS: list[Effect] = [
         drawn={"cable.bending_stiffness": Drawn(1e-2, 1e9)},
         brings=("cable.minimum_bend_radius", "cable.from_end", "cable.to_end", "joint.weld"),
     ),
+    Effect("winch", "cable.winch", neutral=None, account="winch"),
     Effect("line that parts", "cable.fails_at", neutral=None),
     Effect("marine growth", "cable.marine_growth", neutral=None, needs=("sea",)),
     Effect("buoy", "buoy", neutral=None, removable=False),

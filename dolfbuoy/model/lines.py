@@ -17,6 +17,7 @@ from ..scene import Scene
 from ..scene.cable import Cable, Top
 from ..scene.stiffness import TensionTable, kinks_of
 from ..solver import compat
+from ..solver.system import System
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
@@ -29,6 +30,7 @@ from .parting import Parting
 from .prescribed_ends import direction_of, held, motion_of
 from .rigid import cross_section, weight_per_length
 from .seabed import GroundedLength, Seabed
+from .winch import Winch
 
 
 def top_position(top: Top, t: float) -> np.ndarray:
@@ -79,6 +81,7 @@ class Lines(Layout, Masses):
         self.growth = Growth(self) if grown else None
         self.memory |= self.growth.memory if self.growth else {}
         self._material()
+        self.winch = Winch(self) if any(c.winch for c in self.sections) else None
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
         self._sampled = self._waves_at_points()
@@ -336,7 +339,18 @@ class Lines(Layout, Masses):
         own = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position, end) for dofs, top, end in tops]
         ends = [(dofs, self.driven.get(end, motion)) for dofs, motion, end in own]
         now = time if self.stopped is None else self.stopped
-        return [*self.sea.clock(time), *held(ends, now, u[self.part.slice]), *self._turning(now)]
+        wound = self.winch.clock(now) if self.winch else []
+        return [*self.sea.clock(time), *held(ends, now, u[self.part.slice]), *self._turning(now), *wound]
+
+    def follow_water(self, system: System) -> None:
+        super().follow_water(system)
+        if self.winch is not None:
+            self.winch.follow(system)
+
+    def publish_lengths(self, time: float) -> None:
+        """Lengths of winches at a time, where forms that no System evaluates find them."""
+        if self.winch is not None:
+            self.winch.publish(time)
 
     def _turning(self, now):
         """Functions that turn the ends whose direction changes."""

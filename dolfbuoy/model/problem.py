@@ -32,6 +32,7 @@ from .rigid import weight_per_length
 from .structure import structure_of
 from .take_off import OnBuoy, TakeOff
 from .wet_hull import SUBMERGED
+from .winch import Winch
 
 #: Problems whose memory may wait for each other: a look for what is garbage takes as long as a quarter of one of them.
 COLLECTED = 16
@@ -273,6 +274,15 @@ class Problem:
         """Move an end of a piece of line that is held (0 at s = 0, 1 at s = L): t -> its position [m]."""
         lines, number = self.lines.holder(piece)
         lines.driven[number, end] = motion
+        self._advance = None
+
+    def wind(self, piece: int, length: Callable[[float], float]) -> None:
+        """Give a piece of line its unstretched length [m] as a function of time."""
+        lines, number = self.lines.holder(piece)
+        if lines.winch is None:
+            lines.winch = Winch(lines)
+            lines.winch.follow(self.system)
+        lines.winch.driven[number] = length
         self._advance = None
 
     def stop_ends(self) -> None:

@@ -40,7 +40,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
 def _of_line(scene: Scene, section: Cable) -> tuple[Any, ...]:
     keys = [repr(getattr(section, name)) for name in _OF_LINES]
     kinks = [len(kinks_of(section.axial_stiffness, below)) for below in (False, True)]
-    return *keys, *kinks, bool(section.diameter), _called(scene, "cable", section)
+    return *keys, *kinks, section.winch is not None, bool(section.diameter), _called(scene, "cable", section)
 
 
 def _called(scene: Scene, kind: str, part: Any) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ class Meter:
     at the surface (elsewhere it is in their weight).  damping: what stays in the material of the cable, and what
     radiated waves take.  bed: what the dampers of the sea bed take (its springs are elastic).  friction: of the bed.
     outer: wind, external force, rotational damping.  take_off: what power take-offs absorb, never positive.  top: of
-    prescribed ends.
+    prescribed ends.  winch: what winches feed into lines.
     """
 
     def __init__(self, simulation):
@@ -41,6 +41,7 @@ class Meter:
             c, e = lines.cable, lines.kinematics()[2]
             own = [("elastic", energy) for energy in lines.elastic_energies()]
             own += [(effect.account, power) for effect, power in lines.material_powers()]
+            own += [("winch", lines.winch.power())] if lines.winch else []
             springs = [("elastic", *spring) for spring in lines.spring_energies()]
             springs += [
                 ("elastic", *a.clamp.energy()) for a in simulation.problem.attachments if self._sprung(a, lines)
@@ -98,6 +99,8 @@ class Meter:
         problem = self.simulation.problem
         for model in problem.models:
             model.publish_points()
+        for lines in problem.lines.groups if problem.lines else ():
+            lines.publish_lengths(self.simulation.t)
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
             contribution.prepare()

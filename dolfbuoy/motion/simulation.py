@@ -194,6 +194,11 @@ class Simulation:
         self.problem.drive(piece, end, motion)
         self._made_for = None
 
+    def wind(self, piece, length):
+        """See `Problem.wind`."""
+        self.problem.wind(piece, length)
+        self._made_for = None
+
     def stop_ends(self):
         """Ends that are moved stay where they are from now on."""
         self.problem.stop_ends()

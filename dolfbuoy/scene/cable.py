@@ -167,6 +167,15 @@ MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the
 Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[q.Share], BeforeValidator(element_lengths)]
 
 
+_Wound = Annotated[tuple[q.Duration, q.Length], BeforeValidator(q.finite_numbers(2))]
+Lengths = Annotated[
+    list[_Wound],
+    Field(min_length=2, max_length=MOST_ROWS),
+    AfterValidator(rising("must hold rows of growing time")),
+    BeforeValidator(columns_of(2, "a table, or the name of a file")),
+]
+
+
 class Cable(Section):
     """A piece of line and its finite elements: the keys of [cable], of its segment and of its material together."""
 
@@ -228,10 +237,16 @@ class Cable(Section):
     minimum_bend_radius: Annotated[float, Field(gt=0, le=1e5)] | None = key(
         "smallest radius that the line may be bent to; enables the utilisation of bending", "m", default=None
     )
+    winch: Lengths | None = key(
+        "unstretched length over time, rows [t, length], or a file of them; at first it is length",
+        "s, m",
+        default=None,
+    )
     fails_at: FailsAt | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        self._check_winch()
         if self.bending_stiffness and self.slack == "tension-only":
             raise Wrong("slack", self.slack, "does not go with bending_stiffness: a line that bends can be pushed")
         if self.bending_stiffness and self.fails_at is not None:
@@ -257,3 +272,14 @@ class Cable(Section):
                 allowed = f"its segments must add up to length = {self.length} m, not to {sum(lengths)} m"
                 raise Wrong("elements", self.elements, allowed)
         return self
+
+    def _check_winch(self) -> None:
+        """Raise Wrong unless the winch begins with the length, from t = 0 on, and is not too fast."""
+        if self.winch is None:
+            return
+        if self.winch[0][0] < 0 or abs(self.winch[0][1] - self.length) > 1e-9 * self.length:
+            raise Wrong("winch", "[...]", f"must begin at t = 0 or later, with length = {self.length} m")
+        if any(abs(b - a) > FASTEST * (u - t) for (t, a), (u, b) in pairwise(self.winch)):
+            raise Wrong("winch", "[...]", f"must not be faster than {FASTEST:g} m/s")
+        if self.fails_at is not None:
+            raise Wrong("winch", "[...]", "does not go with fails_at")

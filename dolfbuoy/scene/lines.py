@@ -23,7 +23,7 @@ Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
 
 #: Keys of a cable that its segments share, and those of its length.
 SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
-SIZE = ("length", "elements", "grading")
+SIZE = ("length", "elements", "grading", "winch")
 #: Keys of the material of a piece of line.
 PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE))
 

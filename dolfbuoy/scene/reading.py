@@ -216,6 +216,8 @@ FILES = frozenset(
     {
         "cable.elements",
         "cable.segments.elements",
+        "cable.segments.winch",
+        "cable.winch",
         "cable.top.motion",
         "joint.motion",
         "vessel.motion",

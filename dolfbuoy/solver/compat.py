@@ -236,6 +236,12 @@ def cell_coordinates(mesh):
     return mesh.geometry.x[_geometry_dofs(mesh)[:cells]].reshape(cells, -1)
 
 
+def move_vertices(mesh, coordinates):
+    """Give the vertices of the owned cells places as `cell_coordinates` has them."""
+    cells = mesh.topology.index_map(1).size_local
+    mesh.geometry.x[_geometry_dofs(mesh)[:cells]] = coordinates.reshape(cells, -1, 3)
+
+
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
     import platform

@@ -390,8 +390,8 @@ def test_after_an_error_the_folder_is_free_and_the_record_there(tmp_path):
 @pytest.mark.parametrize(
     ("driven", "sentence"),
     [
-        ("top", "driven = 'top': there is no such thing; must be of cable.from, cable.to."),
-        ("cable.top", "driven = 'cable.top': there is no such thing; must be of cable.from, cable.to."),
+        ("top", "driven = 'top': there is no such thing; must be of cable.from, cable.to, cable.winch."),
+        ("cable.top", "driven = 'cable.top': there is no such thing; must be of cable.from, cable.to, cable.winch."),
     ],
 )
 def test_an_unknown_name_is_refused(driven, sentence):

@@ -41,6 +41,7 @@ COLUMNS = {
     "bed": "bed [J]",
     "friction": "bed friction [J]",
     "take_off": "take-offs [J]",
+    "winch": "winches [J]",
     "stored": "stored [J]",
     "defect": "defect [J]",
     "relative": "defect/drag",
