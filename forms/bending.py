@@ -8,7 +8,8 @@ With t = r'/|r'| and the prime of *unstretched* s, (11)_1 gains the shear force,
 A Kirchhoff rod, straight where nothing acts, alike in all directions, without torsion: its moment is t x m, its
 curvature |m|/EI.  Both come from one functional (Hellinger and Reissner), so that T stays the axial tension.  E0 is one
 typical stiffness: a stiffness that differs from cell to cell would lose the jumps of t in (t, p').  Ends are pinned
-where m = 0; where a direction t_b is given m is free.
+where m = 0; where a direction t_b is given m is free.  A material that damps as well, m = EI (t' + beta t'_t), has
+t + beta t_t and t_b + beta t_b,t in their place.
 """
 
 from ufl import cross, dot, inner, sqrt
@@ -28,9 +29,14 @@ def shear_term(r: Expr, m: Expr, v: Expr) -> Expr:
     return -inner(shear(r, m), v.dx(0))
 
 
-def curvature_equation(r: Expr, m: Expr, EI: Scalar, E0: Scalar, p: Expr, share: Scalar = 1.0) -> Expr:
+def turning(r: Expr, r_t: Expr) -> Expr:
+    """t_t = P r_t'/|r'|: rate of the direction [1/s]."""
+    return shear(r, r_t)
+
+
+def curvature_equation(t: Expr, m: Expr, EI: Scalar, E0: Scalar, p: Expr, share: Scalar = 1.0) -> Expr:
     """- (E0/EI m, p) - (E0 t, p'); share: of the curvature that counts, below 1 on the way to an equilibrium."""
-    return -E0 * (inner(m, p) / EI + share * inner(tangent(r), p.dx(0)))
+    return -E0 * (inner(m, p) / EI + share * inner(t, p.dx(0)))
 
 
 def end_direction(t_b: Expr, E0: Scalar, p: Expr, end: int) -> Expr:
@@ -40,11 +46,11 @@ def end_direction(t_b: Expr, E0: Scalar, p: Expr, end: int) -> Expr:
 
 def direction(t_0: Expr, m: Expr, k: Scalar | None, end: int) -> Expr:
     """Direction t_b of an end that is held at t_0, or that a spring k [N m/rad] turns towards t_0: |m| = k sin of the
-    angle between them."""
+    angle between them.  As long as t_0, which is not 1 where what damps is in it."""
     if k is None:
         return t_0
     turned = t_0 + (1 - 2 * end) * m / k
-    return turned / sqrt(inner(turned, turned))
+    return turned * sqrt(inner(t_0, t_0) / inner(turned, turned))
 
 
 def end_torque(m: Expr, t_b: Expr, end: int) -> Expr:
@@ -60,3 +66,14 @@ def spring_energy(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
 def bending_energy(m: Expr, EI: Scalar) -> Expr:
     """1/2 |m|^2/EI per unstretched length [J/m]."""
     return 0.5 * inner(m, m) / EI
+
+
+def elastic_moment(m: Expr, EI: Scalar, beta: Scalar, r: Expr, r_t: Expr) -> Expr:
+    """m less what damps, EI t' [N m]."""
+    return m - EI * beta * turning(r, r_t).dx(0)
+
+
+def damping_power(c: Scalar, r: Expr, r_t: Expr) -> Expr:
+    """-c |t'_t|^2 per unstretched length [W/m], with c = EI beta."""
+    rate = turning(r, r_t).dx(0)
+    return -c * inner(rate, rate)

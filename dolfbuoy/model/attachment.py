@@ -84,7 +84,7 @@ class Attachment:
         """(force, torque about C) of the line on the body; state: a forms.buoy.Body."""
         T_O = FIELDS.split(self._on_body).force
         torque = body.point_torque(state.quaternion, self.offset, T_O)
-        return T_O, torque if self.clamp is None else torque + self.clamp.torque()
+        return T_O, torque if self.clamp is None else torque + self.clamp.torque(state)
 
     def link(self, state: body.Body) -> Expr:
         """Eq. (9): r_O is a point of the body."""
@@ -126,6 +126,10 @@ class Clamp:
         self._spring_of_line = lines.constants.constant(spring) if sprung else None
         self._spring_of_body = buoy.constant(spring) if sprung and buoy else None
         self.direction = buoy.constant(lambda scene, _: np.array(given(scene).unit)) if buoy else None
+        section = lines.network.pieces[number].section
+        beta = lambda scene, _: scene.network.pieces[piece].section.bending_damping  # noqa: E731
+        #: Where the line damps its end knows the direction with what its turning adds.
+        self._damping = buoy.constant(beta) if buoy and buoy.dynamic and section.bending_damping else None
 
     def number(self, place: int) -> list[Part | None]:
         """Take the unknowns `place` ... `place` + 6 of this rank."""
@@ -149,10 +153,15 @@ class Clamp:
         moment, test = CLAMPED.split(self._on_line).moment, CLAMPED.split(self.line_part.test).moment
         return ufl.inner(moment - m, test) * self._ds
 
-    def torque(self) -> Expr:
+    def _turned(self, state: body.Body) -> Expr:
+        """R(q_4) t_0."""
+        return rotation_matrix(state.quaternion) * self.direction
+
+    def torque(self, state: body.Body) -> Expr:
         """Torque of the end's moment on the body [N m]."""
         known = CLAMPED.split(self._on_body)
-        t_b = bending.direction(known.direction, known.moment, self._spring_of_body, self.end)
+        t_0 = known.direction if self._damping is None else self._turned(state)
+        t_b = bending.direction(t_0, known.moment, self._spring_of_body, self.end)
         return bending.end_torque(known.moment, t_b, self.end)
 
     def torque_of(self, u: np.ndarray) -> np.ndarray:
@@ -172,7 +181,9 @@ class Clamp:
     def link(self, state: body.Body) -> Expr:
         """The direction turns with the body."""
         test = CLAMPED.split(self.body_part.test).direction
-        turned = rotation_matrix(state.quaternion) * self.direction
+        turned = self._turned(state)
+        if self._damping is not None and state.motion is not None:
+            turned += self._damping * ufl.cross(state.motion.angular_velocity, turned)
         return ufl.inner(CLAMPED.split(self._on_body).direction - turned, test)
 
     def dofs(self) -> tuple[np.ndarray, np.ndarray]:

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..forms import buoy, cable, hull, joint, seabed, take_off, wind
+from ..forms import bending, buoy, cable, hull, joint, seabed, take_off, wind
 from ..scene import Scene
 from ..scene.network import OWN
 from .rigid import axis_offset
@@ -161,7 +161,15 @@ EFFECTS: list[Effect] = [
         "bending",
         "cable.bending_stiffness",
         drawn={"cable.bending_stiffness": Drawn(1e-2, 1e9)},
-        brings=("cable.minimum_bend_radius", "cable.from_end", "cable.to_end", "joint.weld"),
+        brings=("cable.bending_damping", "cable.minimum_bend_radius", "cable.from_end", "cable.to_end", "joint.weld"),
+    ),
+    Effect(
+        "bending damping",
+        "cable.bending_damping",
+        line_power=bending.damping_power,
+        numbers={"": lambda _, c: c.bending_stiffness * c.bending_damping},
+        account="damping",
+        drawn={"cable.bending_damping": Drawn(1e-3, 1e1, zero=True)},
     ),
     Effect("winch", "cable.winch", neutral=None, account="winch"),
     Effect("line that parts", "cable.fails_at", neutral=None),

@@ -179,6 +179,8 @@ class Lines(Layout, Masses):
             return self.constants.constant(lambda scene, _: get(scene.network.pieces[self.numbers[k]].ends[i].clamp))
 
         self.EI = number(lambda c: c.bending_stiffness)
+        damped = self.dynamic and any(c.bending_damping for c in self.sections)
+        self.bending_damping = number(lambda c: c.bending_damping) if damped else None
         self.typical_EI = self.constants.constant(
             lambda scene, _: max(scene.network.pieces[k].section.bending_stiffness for k in self.numbers)
         )
@@ -258,7 +260,10 @@ class Lines(Layout, Masses):
         if e is not None:
             found.append(self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r)))
         if self.moment_dofs is not None:
-            found.append(bending.bending_energy(ufl.split(self.w)[-1], self.EI))
+            m = ufl.split(self.w)[-1]
+            if self.bending_damping is not None:
+                m = bending.elastic_moment(m, self.EI, self.bending_damping, r, r_t)
+            found.append(bending.bending_energy(m, self.EI))
         return found
 
     def spring_energies(self) -> list[tuple[Expr, ufl.Measure]]:
@@ -284,7 +289,7 @@ class Lines(Layout, Masses):
     def residual(self, test: Expr) -> ufl.Form:
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""
         tests, cable = ufl.split(test), self.cable
-        r, T, e, _, r_tt = self.kinematics()
+        r, T, e, r_t, r_tt = self.kinematics()
         v, q = tests[:2]
         strain = form.strain_equation(r, e, q, self.section.strain_form)
         if self.parting is not None:
@@ -296,7 +301,10 @@ class Lines(Layout, Masses):
         if self.moment_dofs is not None:
             m, p = ufl.split(self.w)[-1], tests[-1]
             E0 = self.typical_EI
-            F += bending.shear_term(r, m, v) + bending.curvature_equation(r, m, self.EI, E0, p, self.share_of_bending)
+            t = form.tangent(r)
+            if self.bending_damping is not None:
+                t += self.bending_damping * bending.turning(r, r_t)
+            F += bending.shear_term(r, m, v) + bending.curvature_equation(t, m, self.EI, E0, p, self.share_of_bending)
         if self.dynamic:
             F += form.inertia(cable, r_tt, v)
         forces = [force for _, force in self.water_forces()]
@@ -354,7 +362,10 @@ class Lines(Layout, Masses):
 
     def _turning(self, now):
         """Functions that turn the ends whose direction changes."""
-        ends = [(t_b, direction_of(self.pieces[k].ends[i].clamp)) for (k, i), (t_b, _) in self.clamps.items()]
+        damping = [c.bending_damping if self.dynamic else 0.0 for c in self.sections]
+        ends = [
+            (t_b, direction_of(self.pieces[k].ends[i].clamp, damping[k])) for (k, i), (t_b, _) in self.clamps.items()
+        ]
 
         def turn(constant, direction):
             constant.value[:] = direction(now.item())

@@ -52,8 +52,13 @@ class Swing:
         return [place + size * math.sin(angle + phase) * amplitude for place, phase, amplitude in axes]
 
 
-def direction_of(clamp: EndDirection) -> Callable[[float], Array] | None:
-    """Unit direction of an end that is turned, as a function of time; None where it stays."""
+#: Half of the time over which a direction that turns is differentiated [s].
+INSTANT = 1e-4
+
+
+def direction_of(clamp: EndDirection, beta: float = 0.0) -> Callable[[float], Array] | None:
+    """Unit direction of an end that is turned, and beta [s] times its rate, as a function of time; None where it
+    stays."""
     if clamp.motion is None:
         return None
     path = along_rows(clamp.motion, clamp.ramp)
@@ -62,7 +67,11 @@ def direction_of(clamp: EndDirection) -> Callable[[float], Array] | None:
         way = path(t)
         return np.asarray(way / np.linalg.norm(way))
 
-    return direction
+    def damped(t: float) -> Array:
+        before, after = max(t - INSTANT, 0.0), t + INSTANT
+        return direction(t) + beta * (direction(after) - direction(before)) / (after - before)
+
+    return damped if beta else direction
 
 
 def adrift_nowhere(scene: Scene) -> Scene:

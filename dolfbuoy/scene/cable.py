@@ -234,6 +234,9 @@ class Cable(Section):
     bending_stiffness: Annotated[float, Field(ge=0, le=1e15)] = key(
         "bending stiffness EI; 0: a cable without bending", "N m^2", default=0.0
     )
+    bending_damping: q.Damping = key(
+        "time beta of the material's damping, m = EI (t' + beta dt'/dt), in motion", "s", default=0.0
+    )
     minimum_bend_radius: Annotated[float, Field(gt=0, le=1e5)] | None = key(
         "smallest radius that the line may be bent to; enables the utilisation of bending", "m", default=None
     )
@@ -253,6 +256,8 @@ class Cable(Section):
             raise Wrong("bending_stiffness", self.bending_stiffness, "does not go with fails_at")
         if self.minimum_bend_radius is not None and not self.bending_stiffness:
             raise Wrong("minimum_bend_radius", self.minimum_bend_radius, "goes with bending_stiffness only")
+        if self.bending_damping and not self.bending_stiffness:
+            raise Wrong("bending_damping", self.bending_damping, "goes with bending_stiffness only")
         if self.damping and math.isinf(self.axial_stiffness):
             raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
         if self.tension_degree >= self.position_degree:

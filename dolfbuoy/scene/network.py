@@ -433,6 +433,12 @@ def _check_bending(network: Network) -> None:
             bend = [network.pieces[k].section.bending_stiffness > 0 for k, _ in ends]
             if bend != [True, True]:
                 raise Wrong("joint.weld", True, f"joins two lines with bending_stiffness, not {len(ends)} at {name}")
+            damping = [network.pieces[k].section.bending_damping for k, _ in ends]
+            if damping[0] != damping[1]:
+                key = f"{network.key_of(network.pieces[ends[1][0]].cable)}.bending_damping"
+                raise Wrong(
+                    key, damping[1], f"must be that of the line it goes on from without a kink, {damping[0]:g} s"
+                )
 
 
 def _check_parting(network: Network) -> None:

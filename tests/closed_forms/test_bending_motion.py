@@ -162,6 +162,71 @@ def test_moment_at_the_buoy_turns_it(scheme):
     assert sine.max() < 0.2 * bend.max() + 1e-6
 
 
+@pytest.mark.parametrize(
+    "degree", [pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow), 3]
+)
+def test_damping_ratios(degree):
+    """m = EI (t' + beta t'_t) is proportional to the stiffness: beta omega/2 in every mode of a cantilever."""
+    cable = BEAM | {"from_end": ALONG, "top": {"kind": "free"}, "position_degree": degree, "tension_degree": degree - 1}
+    found = modes({"gravity": 0.0, "cable": cable | {"bending_damping": 0.02}}, 6)
+    assert found.damping_ratio.values == pytest.approx(0.01 * found.omega.values, rel=1e-6)
+
+
+@pytest.mark.parametrize("spring", [None, 1e5])
+@pytest.mark.parametrize("held", ["turned", "vessel"])
+def test_rigid_rotation_is_not_damped(held, spring):
+    """An end that turns at a steady rate takes a light rod with it, without a lag of beta, and without a moment."""
+    angles = 0.2 * np.arange(8)
+    rows = [[t, math.cos(a), 0.0, math.sin(a)] for t, a in enumerate(angles)]
+    end = {"motion": rows} if held == "turned" else ALONG
+    end |= {} if spring is None else {"rotational_stiffness": spring}
+    rod = BEAM | {"elements": 3, "line_density": 0.1, "bending_damping": 0.5, "top": {"kind": "free"}, "from_end": end}
+    scene = {"gravity": 0.0, "initial": {"kind": "polyline", "points": [[0, 0, 0], [10, 0, 0]]}}
+    if held == "vessel":
+        vessel = {"name": "ship", "position": [0.0, 0.0, 0.0], "fairleads": {"bow": [0.0, 0.0, 0.0]}}
+        vessel["motion"] = [[t, 0, 0, 0, 0, -math.degrees(a), 0] for t, a in enumerate(angles)]
+        scene["vessel"] = [vessel]
+        rod = {key: value for key, value in rod.items() if key != "anchor"} | {"from": "ship.bow"}
+    run = simulate(scene | {"cable": rod, "time": {"end": 4.0, "step": 0.02, "scheme": "bdf2"}})
+    x, _, z = run.cable_position.values[-1, -1]
+    assert math.atan2(z, x) == pytest.approx(0.8, abs=2e-3)
+    assert run.anchor_moment.values[-1] < 1e-3 * 1e4 * 0.5 * 0.2  # EI beta times the rate, over a metre
+
+
+@pytest.mark.slow
+def test_damping_of_a_column_with_a_buoy():
+    """A rod that hardly bends turns about its pin with the buoy: damping of its bending takes nothing from that."""
+    time = {"end": 6.0, "step": 0.02, "scheme": "bdf2"}
+    calm = {"sea": {"depth": 22.0}, "buoy": {key: HULL[key] for key in ("hull", "mass", "center_of_mass")}}
+    moved = calm | {"time": time, "waves": {"amplitude": 0.5, "period": 6.0, "ramp": 2.0}}
+    column = COLUMN | {"bending_stiffness": 1e9}
+    runs = [simulate(moved | {"cable": column | {"bending_damping": beta}}) for beta in (0.0, 1.0)]
+    plain, damped = (np.interp(np.arange(0.0, 6.0, 0.1), run.time, run.buoy_position.values[:, 0, 0]) for run in runs)
+    assert np.ptp(plain) > 0.2
+    assert damped == pytest.approx(plain, abs=0.01 * np.ptp(plain))
+
+
+def test_energy_that_damping_takes():
+    """What is missing of a cantilever's energy as it falls is what the material takes, nearer with more elements."""
+    cable = BEAM | {"bending_stiffness": 1e3, "bending_damping": 0.05, "from_end": ALONG, "top": {"kind": "free"}}
+    scene = {"cable": cable, "initial": {"kind": "polyline", "points": [[0, 0, 0], [10, 0, 0]]}}
+    defects = []
+    for elements in (8, 16):
+        cable["elements"] = elements
+        simulation = Simulation(load_scene(scene, time={"end": 3.0, "step": 0.01, "scheme": "bdf2"}))
+        meter = Meter(simulation)
+        before = now = meter.read()
+        taken = turnover = 0.0
+        while simulation.t < 3.0 - 1e-9:
+            simulation.step(0.01)
+            last, now = now, meter.read()
+            taken += 0.005 * (now["damping"] + last["damping"])
+            turnover = max(turnover, now["kinetic"])
+        defects.append(abs(sum(now[name] - before[name] for name in ("kinetic", "elastic", "gravity")) - taken))
+        assert -taken > 0.1 * turnover
+    assert defects[1] < 0.5 * defects[0] < 0.005 * turnover
+
+
 def test_energy():
     """Of a rod on a spring at its root that falls: the balance closes with the order of the scheme."""
     cable = BEAM | {

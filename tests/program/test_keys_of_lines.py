@@ -294,6 +294,17 @@ def test_bending_at_a_clamp(prefix):
         assert m == pytest.approx(2 * math.sqrt(1e4 * T) * math.sin(left / 2), rel=0.03)
 
 
+@pytest.mark.parametrize(("key", "value"), cases({"bending_damping": 0.1}, SPELLINGS))
+def test_bending_damping(key, value):
+    """A part beta omega/2 of what EI has in the stiffness of a taut line: EI k^2/(EI k^2 + T)."""
+    stiffness = changed(placed(key.replace("damping", "stiffness"), 1e4), {"sea": None, "gravity": 0.0})
+    scene = changed(stiffness, {key.replace("NAME", "rope").replace("segments", "segments.0"): value})
+    found = modes(scene, 4)
+    k = np.array([0.5, 0.5, 1.5, 1.5]) * math.pi / 40  # its upper end is free
+    share = 1e4 * k**2 / (1e4 * k**2 + PULL)
+    assert found.damping_ratio.values / found.omega.values == pytest.approx(share * value / 2, rel=0.2)
+
+
 @shows("joint.weld")
 def test_a_weld_carries_a_moment():
     """A beam of two pieces, clamped at one end, is a cantilever with a weld, a shorter one with a load without it."""

@@ -177,7 +177,8 @@ STRUCTURES = {
     "grown": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED | {"marine_growth": [[-50.0, 1.0, 1.0], [-1.0, 3.0, 2.0]]}},
     "inextensible, top moved": {"sea": SEA, "cable": LOADED | P2P1 | MOVED},
     "stiff line in waves": {
-        "sea": SEA, "cable": LOADED | ELASTIC | P2P1 | FIXED | {"bending_stiffness": ANY}, "waves": WAVES,
+        "sea": SEA, "cable": LOADED | ELASTIC | P2P1 | FIXED | {"bending_stiffness": ANY, "bending_damping": ANY},
+        "waves": WAVES,
         "current": CURRENT, "time": TIME,
     },
     "waves and current": {
