@@ -41,10 +41,16 @@ def design(
     print_table(f"\n{loaded.title or scene}, {folder / 'design.nc'}", ("number", "begin", "found", "unit"), rows)
     if one.sizes["limit"]:
         rows = [
-            (str(text), f"{float(one.limit_value[k]):.6g}", "yes" if bool(one.active[k]) else "no", _multiplier(one, k))
+            (
+                str(text),
+                f"{float(one.limit_value[k]):.6g}",
+                f"{float(one.limit_bar[k]):.2g}".replace("nan", "-"),
+                "yes" if bool(one.active[k]) else "no",
+                _multiplier(one, k),
+            )
             for k, text in enumerate(one.limit.values)
         ]
-        print_table("Limits", ("limit", "reached", "active", "gain for a unit more"), rows)
+        print_table("Limits", ("limit", "reached", "error bar", "active", "gain for a unit more"), rows)
     say(f"{one.attrs['least_of']} = {one.attrs['least']:.6g}, after {one.attrs['runs']} runs")
     say(f"scene with these numbers: {folder / 'designed.toml'}")
     say_warnings(found.sentences)

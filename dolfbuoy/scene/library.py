@@ -72,6 +72,12 @@ DAMPING = {"chain": 5e-3, "wire": 5e-3, "wire IWRC": 5e-3} | dict.fromkeys(
 )
 MOST_LOAD = 60.0  # per cent of the breaking load, mean
 SIZES = 5.0, 250.0  # mm
+#: Sizes that are made [mm]: bars of chains (ISO 1704, IACS UR W22), ropes (ISO 2307 and above it steps of 8).
+CHAIN_SIZES = (
+    *(11, 12.5, 14, 16, 17.5, 19, 20.5, *range(22, 71, 2), 73, 76, 78, 81, 84, 87, 90, 92, 95, 97, 100, 102, 105, 107),
+    *(111, 114, 117, 120, 122, 124, 127, 130, 132, 137, 142, 147, 152, 157, 162, 165, 168, 171, 175, 178, 180, 185),
+)
+ROPE_SIZES = (5, 6, 8, 9, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, *range(36, 81, 4), *range(88, 249, 8))
 MOST_BYTES = 1_000_000
 
 _SIZE = r"(\d+(?:\.\d+)?) mm"
@@ -103,6 +109,24 @@ def material(name: str) -> dict[str, Any] | None:
     return _chain(name, found[1], found[2], size, *more) if is_chain else _rope(name, found[1], size * 1e-3, *more)
 
 
+def size_of(name: str) -> float:
+    """Size in the name of a library material [mm].  Raises InputError for another name."""
+    found = re.search(_SIZE, name)
+    if material(name) is None or found is None:
+        raise InputError(f"material = {name!r}: must be written like {FORMS}.")
+    return float(found[1])
+
+
+def resized(name: str, size: float) -> str:
+    """The name of a library material with another size [mm]."""
+    return re.sub(_SIZE, f"{size:.9g} mm", name, count=1)
+
+
+def sizes_made(name: str) -> tuple[float, ...]:
+    """Sizes in which a library material is made [mm]."""
+    return CHAIN_SIZES if name.startswith("chain ") else ROPE_SIZES
+
+
 def chain_strength(factor: float, d: float) -> float:
     """Breaking load of a chain [N]; factor: of its grade [kN/mm^2], d: its bar [mm]."""
     return 1e3 * factor * d**2 * (44 - 0.08 * d)
@@ -124,6 +148,7 @@ def _chain(name: str, grade: str, link: str, size: float, less: float = 0.0) -> 
         "tangential_drag": along,
         "breaking_load": chain_strength(GRADES[grade], left),
         "steel_area": math.pi / 2 * (left * 1e-3) ** 2,
+        "catalogue": name,
         "source": f"IACS UR {'W22' if grade[0] == 'R' else 'W18'}, OrcaFlex help, DNV-OS-E301; {_chosen('chain')}",
     }
 
@@ -148,6 +173,7 @@ def _rope(name: str, kind: str, d: float, load: float | None = None) -> dict[str
         "added_mass": rope.added,
         "normal_drag": rope.drag,
         "breaking_load": breaking,
+        "catalogue": name,
         "source": f"{rope.source}{how}; {_chosen(kind)}",
     }
 

@@ -62,6 +62,7 @@ class Material(_Material):  # type: ignore[misc]  # pydantic makes its base
     """Material of a piece of line."""
 
     source: Title | None = key("source of the values", default=None)
+    catalogue: Title | None = key("name of the library material whose values these are", default=None)
 
 
 class _Piece(Section):

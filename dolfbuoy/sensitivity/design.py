@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..accuracy.bars import NONE
+from ..api import simulate
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..results.folder import make_ready
@@ -19,13 +21,15 @@ from ..scene.quantities import number_of
 from .calibration import begin_of, columns, finish
 from .derivatives import of_run
 from .expressions import Dual, Expression
-from .parameters import parameters_of
+from .parameters import Parameter, Size, parameters_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Iterations at most; relative change with which a search ends; part of a limit by which it may be missed.
 MOST, ENDS, MISSED = 60, 1e-7, 1e-4
+#: Sizes of library materials that are tried, from the next one that is made on.
+SIZES_TRIED = 4
 #: What an output counts as in a run that failed, in limits: a step there is not taken.
 LOST = 100.0
 #: Ending of outputs that are soft maxima, and how sharp these are.
@@ -64,8 +68,6 @@ def design(
     Raises InputError for what is no expression, key or output, SolveError where the first run fails or nothing is
     found that keeps the limits.
     """
-    from scipy.optimize import minimize
-
     base = load_scene(load_scene(scene, **overrides), accuracy=None)
     if MPI.COMM_WORLD.size > 1:
         raise InputError("A design is found on one rank.")
@@ -84,30 +86,12 @@ def design(
     first = search.at(start)
     if search.reason:
         raise SolveError(f"The first run of the design fails: {search.reason}")
-    width = high - low
-    scale = max(abs(first[0].value), 1e-300)
-
-    def constraint(k):
-        limit = search.limits[k]
-        size = max(abs(limit.bound), 1e-300)
-        return {
-            "type": "ineq",
-            "fun": lambda z: (limit.bound - search.at(low + z * width)[1][k].value) * limit.sign / size,
-            "jac": lambda z: -search.at(low + z * width)[1][k].slope * width * limit.sign / size,
-        }
-
-    found = minimize(
-        lambda z: search.at(low + z * width)[0].value / scale,
-        (start - low) / width,
-        jac=lambda z: search.at(low + z * width)[0].slope * width / scale,
-        bounds=[(0.0, 1.0)] * len(start),
-        constraints=[constraint(k) for k in range(len(search.limits))],
-        method="SLSQP",
-        options={"maxiter": MOST, "ftol": ENDS},
-    )
-    best = low + np.clip(found.x, 0, 1) * width
+    best, ended = search.least_within(start, low, high, np.ones(len(start), dtype=bool), abs(first[0].value))
+    best, ended = _in_sizes_made(search, best, ended, low, high)
     fitted = search.scene_at(best)
-    dataset, sentences = _described(search, best, start, low, high, found)
+    dataset, sentences = _described(search, best, start, low, high)
+    sentences += [] if ended is None else [f"The search has not ended: {ended}."]
+    sentences += _within_bars(fitted, search, dataset)
     finish(dataset, base, fitted, out, "design", "designed.toml")
     return Design(fitted, dataset, sentences)
 
@@ -120,6 +104,13 @@ class Limit:
     expression: Expression
     bound: float
     sign: float
+
+    @property
+    def output(self) -> tuple[str, str] | None:
+        """(output, part) if the expression is one output of a run; part: empty if it is of all."""
+        name = self.expression.text.strip()
+        output, _, part = name.partition("[")
+        return (output, part.rstrip("]")) if list(self.expression.names) == [name] and "." in name else None
 
 
 def _limit(text: str) -> Limit:
@@ -148,9 +139,50 @@ class _Search:
                 (self._keys[name],) = parameters_of(base, [name])
             except InputError:
                 continue  # an output, or nothing: shows in the first run
-        self._needs_run = any(name not in self._keys for name in names)
-        if not any(p.key in self._keys for p in parameters) and not self._needs_run:
+        self.needs_run = any(name not in self._keys for name in names)
+        if not any(p.key in self._keys for p in parameters) and not self.needs_run:
             raise InputError(f"--least {least.text}: nothing in it depends on what varies.")
+
+    def least_within(self, start, low, high, free, scale):
+        """Numbers for which the expression is least where `free` ones may move, and why the search goes on, if so.
+
+        scale: typical size of the expression.
+        """
+        from scipy.optimize import minimize
+
+        width, scale = (high - low)[free], max(scale, 1e-300)
+
+        def values_at(z):
+            values = start.copy()
+            values[free] = low[free] + z * width
+            return values
+
+        def constraint(k):
+            limit = self.limits[k]
+            size = max(abs(limit.bound), 1e-300)
+            return {
+                "type": "ineq",
+                "fun": lambda z: (limit.bound - self.at(values_at(z))[1][k].value) * limit.sign / size,
+                "jac": lambda z: -self.at(values_at(z))[1][k].slope[free] * width * limit.sign / size,
+            }
+
+        found = minimize(
+            lambda z: self.at(values_at(z))[0].value / scale,
+            (start - low)[free] / width,
+            jac=lambda z: self.at(values_at(z))[0].slope[free] * width / scale,
+            bounds=[(0.0, 1.0)] * int(free.sum()),
+            constraints=[constraint(k) for k in range(len(self.limits))],
+            method="SLSQP",
+            options={"maxiter": MOST, "ftol": ENDS},
+        )
+        return values_at(np.clip(found.x, 0, 1)), None if found.success else found.message
+
+    def room(self, values):
+        """What is left of each limit, in limits, at these numbers."""
+        bounds = np.array([limit.bound for limit in self.limits])
+        found = np.array([one.value for one in self.at(values)[1]])
+        signs = np.array([limit.sign for limit in self.limits])
+        return signs * (bounds - found) / np.maximum(np.abs(bounds), 1e-300)
 
     def scene_at(self, values):
         scene = self.base
@@ -189,19 +221,31 @@ class _Search:
         return Dual(least.value + LOST * abs(least.value), least.slope), far
 
     def _of_case(self, scene, values):
-        dataset = None
-        if self._needs_run:
+        dataset, parameters = None, parameters_of(scene, [p.key for p in self.parameters])
+        if self.needs_run:
             self.runs += 1
-            dataset = of_run(scene, parameters_of(scene, [p.key for p in self.parameters]), MPI.COMM_SELF)
+            dataset = of_run(scene, parameters, MPI.COMM_SELF)
 
         def value_of(name):
             if name in self._keys:
-                (here,) = parameters_of(scene, [name])
-                return Dual(here.value, np.array([float(p.key == here.key) for p in self.parameters]))
+                return _number(scene, name, parameters)
             return _soft(dataset, name, window_start(scene)) if SOFT in name else _output(dataset, name)
 
         size = len(values)
         return self.least.at(value_of, size), [limit.expression.at(value_of, size) for limit in self.limits]
+
+
+def _number(scene: Scene, name: str, parameters: Sequence[Parameter]) -> Dual:
+    """A number of a scene, which a size of a library material moves with others."""
+    (here,) = parameters_of(scene, [name])
+
+    def slope(p: Parameter) -> float:
+        if not isinstance(p, Size):
+            return float(p.key == here.key)
+        below, above = (parameters_of(p.scene_at(scene, x), [name])[0].value for x in (-p.distance, p.distance))
+        return (above - below) / (2 * p.distance * p.scale)
+
+    return Dual(here.value, np.array([slope(p) for p in parameters]))
 
 
 def _output(dataset: "xr.Dataset", name: str) -> Dual:
@@ -242,7 +286,60 @@ def _soft(dataset: "xr.Dataset", name: str, begin: float) -> Dual:
     return max(found, key=lambda one: one.value)
 
 
-def _described(search, best, start, low, high, found):
+def _in_sizes_made(search, best, ended, low, high):
+    """Numbers whose sizes of library materials are made, all else found again: the nearest ones that keep the limits.
+
+    Returns those that were given, and a reason, where no such sizes are within their bounds.
+    """
+    sizes = np.array([isinstance(p, Size) for p in search.parameters], dtype=bool)
+    if not sizes.any():
+        return best, ended
+    scale = abs(search.at(best)[0].value)
+    for away in range(1, SIZES_TRIED + 1):
+        found = []
+        for places in (away, -away):
+            near = best.copy()
+            near[sizes] = [search.parameters[k].made(best[k], places) for k in np.flatnonzero(sizes)]
+            if (low <= near).all() and (near <= high).all():
+                found.append((near, None) if sizes.all() else search.least_within(near, low, high, ~sizes, scale))
+        kept = [one for one in found if (search.room(one[0]) >= -MISSED).all()]
+        if kept:
+            return min(kept, key=lambda one: search.at(one[0])[0].value)
+    return best, "no sizes that are made keep the limits within the bounds; these are not made"
+
+
+def _within_bars(fitted, search, dataset):
+    """Sentences of limits of single outputs beyond which their error bars reach, by a run of each case with bars.
+
+    The bar of each such limit, the largest of all cases, goes to the dataset (nan where nothing is known).
+    """
+    outputs = {k: limit.output for k, limit in enumerate(search.limits) if limit.output}
+    bars, sentences = np.full(len(search.limits), math.nan), []
+    for case in search.cases if search.needs_run and outputs else []:
+        record = simulate(load_scene(fitted, **case), comm=MPI.COMM_SELF, accuracy={"estimate": "companion"})
+        names, parts = record.output.values.astype(str), record.output_of.values.astype(str)
+        for k, (name, part) in outputs.items():
+            limit = search.limits[k]
+            for i in np.flatnonzero((names == name) & ((parts == part) if part else True)):
+                value, bar = float(record.bar_value[i]), float(record.bar[i])
+                bars[k] = np.fmax(bars[k], bar)
+                if limit.sign * (limit.bound - value) + MISSED * abs(limit.bound) < bar:
+                    sentences.append(f"{limit.text}: its error bar reaches beyond, {value:.6g} +- {bar:.2g}.")
+                elif record.bar_verdict.values[i] == NONE and not _rests(record, name, parts[i]):
+                    sentences.append(f"{limit.text}: nothing is known of the error of {value:.6g}.")
+    dataset["limit_bar"] = "limit", bars
+    return sentences
+
+
+def _rests(record: "xr.Dataset", name: str, part: str) -> bool:
+    """True if the series of an output hardly varies."""
+    names, parts = record.output.values.astype(str), record.output_of.values.astype(str)
+    of_series = {end: (names == f"{name.rpartition('.')[0]}.{end}") & (parts == part) for end in ("std", "mean")}
+    std, mean = (float(record.bar_value.values[of_series[end]].max(initial=0.0)) for end in ("std", "mean"))
+    return std <= MISSED * abs(mean)
+
+
+def _described(search, best, start, low, high):
     """Numbers, limits with their multipliers, and sentences."""
     import xarray as xr
 
@@ -264,8 +361,6 @@ def _described(search, best, start, low, high, found):
     sentences = [
         f"{key} lies on its bound, {value:.6g}." for key, value, one in zip(keys, best, inside, strict=True) if not one
     ]
-    if not found.success:
-        sentences.append(f"The search has not ended: {found.message}.")
     dataset = xr.Dataset(
         {
             "value": ("parameter", best),

@@ -7,9 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..scene import Scene
 from ..scene.keys import Key, list_keys
+from ..scene.library import material, resized, size_of, sizes_made
 from ..scene.reading import varied
 
 #: Sections that say how a scene is computed, not what it is.
@@ -54,6 +57,33 @@ class Parameter:
             ) from None
 
 
+@dataclass(frozen=True)
+class Size(Parameter):
+    """The size of a material of the library [mm], with all that follows from it: `material.NAME.size`."""
+
+    def scene_at(self, scene: Scene, x: float) -> Scene:
+        """As `Parameter.scene_at`."""
+        name = resized(self._whole, self.value + x * self.scale)
+        keys = material(name)
+        return varied(scene, {self._names[0]: keys})
+
+    def made(self, size: float, places: int) -> float:
+        """Size that is made, so many places above `size` (1: the next one that is not below it) or below it (-1)."""
+        sizes = np.array([-math.inf, *sizes_made(self._whole), math.inf])
+        above = int(np.searchsorted(sizes, size * (1 - 1e-6)))
+        return float(sizes[np.clip(above + places - (places > 0), 0, len(sizes) - 1)])
+
+
+def _size(scene: Scene, key: str) -> Size | None:
+    """The Size of a key like material.NAME.size, if there is such a material of the library."""
+    head, _, last = key.rpartition(".")
+    found = (scene.material or {}).get(head.removeprefix("material."))
+    if last != "size" or found is None or found.catalogue is None:
+        return None
+    size = size_of(found.catalogue)
+    return Size(key, "mm", size, size, (head, ()), found.catalogue)
+
+
 def _times(value: Any, factor: float) -> Any:
     return [_times(item, factor) for item in value] if isinstance(value, list | tuple) else value * factor
 
@@ -75,7 +105,7 @@ def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Paramet
         smooth = {key: known for key in there if (known := _known(key)) and not _refused(key, known)}
         made = [_parameter(key, (), there[key], known) for key, known in smooth.items() if _counts(key, there[key])]
         return [one for one in _apart(scene, made) if _has_neighbours(scene, one)]
-    found = _apart(scene, [_named(there, key) for key in dict.fromkeys(by)])
+    found = _apart(scene, [_size(scene, key) or _named(there, key) for key in dict.fromkeys(by)])
     for one in found:
         for x in (-one.distance, one.distance):
             one.scene_at(scene, x)

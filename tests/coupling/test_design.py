@@ -156,6 +156,47 @@ def test_what_cannot_be_kept():
         design(HANGING, VARY, "cable.line_density", ["tension_top.mean > 5000"])
 
 
+@pytest.mark.parametrize(
+    ("least", "hold", "size", "made"),
+    [("-", "tension_top.mean < 700", 14.416, 14.0), ("", "tension_top.mean > 700", 14.416, 16.0)],
+)
+def test_sizes_of_the_library(least, hold, size, made):
+    """g (19.9e3 d^2 L + m) = 700 N at 14.4 mm, which is not made: 14 keeps a tension below that, 16 one above."""
+    name = "chain-R3-studless-20-mm"
+    scene = {"cable": {**HANGING["cable"], "material": "chain R3 studless 20 mm"}}
+    scene = {
+        **HANGING,
+        "cable": {k: v for k, v in scene["cable"].items() if k not in ("line_density", "axial_stiffness")},
+    }
+    vary = {f"material.{name}.size": (11.0, 24.0)}
+    found = design(scene, vary, f"{least}material.{name}.line_density*cable.length", [hold])
+    assert math.sqrt((700 / 9.81 - 30.0) / 10 / 19.9e3) * 1e3 == pytest.approx(size, abs=1e-3)
+    assert found.dataset.value.values == pytest.approx([made])
+    section = found.scene.network.pieces[0].section
+    assert section.line_density == pytest.approx(19.9e3 * (made / 1e3) ** 2)
+    assert section.breaking_load == pytest.approx(0.0223e3 * made**2 * (44 - 0.08 * made), rel=1e-9)
+    assert found.scene.material[name].catalogue == f"chain R3 studless {made:g} mm"
+    assert found.sentences == []
+
+
+def test_sizes_that_do_not_serve():
+    scene = {**HANGING, "material": {"own": {"line_density": 3.0}}}
+    with pytest.raises(InputError, match=r"--by material\.own\.size: is no number"):
+        design(scene, {"material.own.size": (11.0, 24.0)}, "material.own.size")
+
+
+def test_a_limit_within_its_error_bar():
+    """The top tension of `driven` with large steps is a limit of itself: its error bar reaches beyond."""
+    steps = {"time.end": 8.0, "time.step": 0.2, "cable.elements": 10}
+    top = float(dolfbuoy.simulate("driven", cable__normal_drag=0.5, **steps).tension_top.max())
+    found = design(
+        "driven", {"cable.normal_drag": (0.5, 1.5)}, "cable.normal_drag", [f"tension_top.max < {1.001 * top}"], **steps
+    )
+    assert len(found.sentences) == 2
+    assert "its error bar reaches beyond" in found.sentences[1]
+    assert float(found.dataset.limit_bar[0]) > 0.001 * top
+
+
 REFUSED = [
     (VARY, "cable.lenght", [], "is neither a number of this scene nor an output"),
     (VARY, "tension_top.max", ["tension_top.max"], "must have the form"),

@@ -269,7 +269,7 @@ def test_points_of_a_line():
 # -- all ---------------------------------------------------------------------------------------------------------------
 
 #: Keys that hold words for a reader.
-NO_NUMBER = {"title", "material.NAME.source"}
+NO_NUMBER = {"title", "material.NAME.source", "material.NAME.catalogue"}
 
 
 def test_no_key_is_left_out(monkeypatch):
