@@ -40,7 +40,7 @@ def design(
     ]
     print_table(f"\n{loaded.title or scene}, {folder / 'design.nc'}", ("number", "begin", "found", "unit"), rows)
     if one.sizes["limit"]:
-        rows = [
+        limits = [
             (
                 str(text),
                 f"{float(one.limit_value[k]):.6g}",
@@ -50,7 +50,7 @@ def design(
             )
             for k, text in enumerate(one.limit.values)
         ]
-        print_table("Limits", ("limit", "reached", "error bar", "active", "gain for a unit more"), rows)
+        print_table("Limits", ("limit", "reached", "error bar", "active", "gain for a unit more"), limits)
     say(f"{one.attrs['least_of']} = {one.attrs['least']:.6g}, after {one.attrs['runs']} runs")
     say(f"scene with these numbers: {folder / 'designed.toml'}")
     say_warnings(found.sentences)
