@@ -178,7 +178,7 @@ class _Search:
         return values_at(np.clip(found.x, 0, 1)), None if found.success else found.message
 
     def room(self, values):
-        """What is left of each limit, in limits, at these numbers."""
+        """Margin of each limit at these numbers, as a part of it."""
         bounds = np.array([limit.bound for limit in self.limits])
         found = np.array([one.value for one in self.at(values)[1]])
         signs = np.array([limit.sign for limit in self.limits])
