@@ -107,7 +107,7 @@ def cycles(statistics: xr.Dataset) -> Figure:
             number = np.cumsum(statistics[f"{name}_range_count"].values[mine][order]) / hours
             axes.step(factor * ranges, number, where="post", color=PALETTE[k], label=f"set {k}")
         axes.set(yscale="log", xlabel=f"range of {text}", ylabel="cycles per hour, as large or larger")
-        if statistics.sizes["set"] > 1:
+        if statistics.sizes["set"] > 1 and axes.lines:
             axes.legend()
     return figure
 

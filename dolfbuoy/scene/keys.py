@@ -59,6 +59,29 @@ def takes_none(key: str) -> bool:
     return key in _takers()
 
 
+#: Tables of which there are several, one after the other, and those of names that a scene gives itself.
+_LISTS = frozenset({"cable", "buoy", "joint", "vessel", "anchor", "cable.segments", "buoy.point_masses"})
+_NAMED = frozenset({"material", "uncertain", "design.vary", "solver.petsc", "initial.points"})
+
+
+@functools.cache
+def _known() -> frozenset[str]:
+    names = (row.name.replace(".NAME", "").split(".") for row in list_keys())
+    return frozenset(".".join(parts[: n + 1]) for parts in names for n in range(len(parts)))
+
+
+def is_key(names: list[str]) -> bool:
+    """True if these are the parts of a key or section, with names or numbers of tables among them."""
+    here = ""
+    for k, name in enumerate(names):
+        deeper = f"{here}.{name}" if here else name
+        if deeper in _known():
+            here = deeper
+        elif not (here in _NAMED or here.endswith(".fairleads") or (here in _LISTS and k + 1 < len(names))):
+            return False
+    return True
+
+
 _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ..errors import InputError
-from .keys import takes_none
+from .keys import is_key, takes_none
 from .library import expanded
 from .mesh_file import Named
 from .sections import SEVERAL, Scene
@@ -79,7 +79,8 @@ def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
     """A deep copy of a dict of sections (or of a section's keys) with changes.
 
     A key with dots or double underscores leads into sections (`time__end=5`); a dict is merged into the section that is
-    there (`time={"end": 5}`), None removes.  Raises InputError where a key leads into what is no section.
+    there (`time={"end": 5}`), None removes.  Raises InputError where a key leads into what is no section, and for one
+    to be removed that is neither there nor a key of a scene.
     """
     result = {name: _alone(value) if name in SEVERAL else value for name, value in copy.deepcopy(data).items()}
     for key, value in changes.items():
@@ -88,7 +89,9 @@ def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
         # a key of the only cable or buoy, which may be called by its name, or counted
         if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
             del names[1]
-        result = _merge(result, names, copy.deepcopy(value))
+        before, result = result, _merge(result, names, copy.deepcopy(value))
+        if value is None and result == before and not is_key(names):
+            raise InputError(f"{'.'.join(names)}: is no key of a scene that could be taken away.")
     return result
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..model.effects import called_by
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..model.rigid import mass_properties, mooring_offset, rotation_of, shape_of
@@ -207,7 +208,7 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     for k, piece in enumerate(network.pieces):
         (low, a), (high, b) = (place(end) for end in piece.ends)
         c: Any = piece.section
-        pieces.append(still.Piece(low, high, c.length, problem.lines.weight_of(k), c.axial_stiffness, a, b))
+        pieces.append(still.Piece(low, high, c.length, _weight(problem, k), c.axial_stiffness, a, b))
         push = c.normal_drag * (c.diameter or 0.0) * c.length / 2 * pressure
         for i in (low, high):
             joints[i] = replace(joints[i], push=joints[i].push + push)
@@ -232,6 +233,15 @@ def _spring(device: TakeOff, weight: float = 1.0) -> tuple[float, float, float]:
 
 def _direction(way: Array) -> Array:
     return np.asarray(way / max(float(np.linalg.norm(way)), 1e-300))
+
+
+def _weight(problem: Problem, piece: int) -> float:
+    """Weight per length [N/m]: in water, or in air of what would float but has both ends above the water."""
+    scene, given = problem.scene, problem.network.pieces[piece]
+    weight = float(problem.lines.weight_of(piece))
+    if weight < 0 and all(end.held and end.top.position[2] > 0 for end in given.ends) and called_by(scene, "line_wet"):
+        return float(given.section.line_density * scene.gravity)
+    return weight
 
 
 def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> still.Joint:

@@ -53,6 +53,16 @@ def test_a_line_above_the_water(dry, wet):
     assert float(found.tension_top) == pytest.approx(float(exact.tension(10.0)), rel=1e-6)
 
 
+def test_a_line_lighter_than_water_above_it():
+    """Hangs there as any other."""
+    cable = LINE | DEGREE_2 | {"length": 10.0, "anchor": [0.0, 0.0, 20.0], "top": held(8.0, 0.0, 20.0)}
+    cable |= {"line_density": 0.5 * RHO * AREA}
+    found = solve_static({"sea": SEA, "cable": cable})
+    exact = catenary.between(cable["anchor"], cable["top"]["position"], 10.0, 0.5 * RHO * AREA * G, EA)
+    assert float(found.tension_top) == pytest.approx(float(exact.tension(10.0)), rel=1e-6)
+    assert float(found.cable_position[..., 2].max()) == pytest.approx(20.0)
+
+
 def two_part_catenary(top, L):
     """Forces (H, V) at both ends of LINE, wet below z = 0 only: shooting from the anchor."""
 
