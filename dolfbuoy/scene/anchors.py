@@ -78,11 +78,13 @@ def given_anchors(scene: "Scene") -> dict[str, Anchor]:
 
 def _given(anchors: list[Anchor], network: Network) -> dict[str, Anchor]:
     known, found = list(anchors_of(network)), dict[str, Anchor]()
+    if anchors and not known:
+        raise Wrong("anchor", "[...]", "is of ends of lines that stay where they are, and there is none")
     for anchor in anchors:
         names = known if anchor.at is None else [anchor.at]
         for name in names:
             if name not in known:
-                raise Wrong("anchor.at", name, f"must be one of the anchors: {', '.join(known) or 'there is none'}")
+                raise Wrong("anchor.at", name, f"must be one of the anchors: {', '.join(known)}")
             if name in found:
                 raise Wrong("anchor.at", name, "is given twice")
             found[name] = anchor
