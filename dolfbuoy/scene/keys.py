@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from ..errors import InputError
 from .petsc_options import ALLOWED
 from .section import Section, holds_several, sections_in, unit_of
-from .sections import Scene
+from .sections import SEVERAL, Scene
 
 
 class Key(NamedTuple):
@@ -60,7 +60,7 @@ def takes_none(key: str) -> bool:
 
 
 #: Tables of which there are several, one after the other, and those of names that a scene gives itself.
-_LISTS = frozenset({"cable", "buoy", "joint", "vessel", "anchor", "cable.segments", "buoy.point_masses"})
+_LISTS = frozenset({*SEVERAL, "joint", "vessel", "cable.segments", "buoy.point_masses"})
 _NAMED = frozenset({"material", "uncertain", "design.vary", "solver.petsc", "initial.points"})
 
 
