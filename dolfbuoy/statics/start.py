@@ -239,7 +239,8 @@ def _weight(problem: Problem, piece: int) -> float:
     """Weight per length [N/m]: in water, or in air of what would float but has both ends above the water."""
     scene, given = problem.scene, problem.network.pieces[piece]
     weight = float(problem.lines.weight_of(piece))
-    if weight < 0 and all(end.held and end.top.position[2] > 0 for end in given.ends) and called_by(scene, "line_wet"):
+    dry = all(end.held and end.position is not None and end.position[2] > 0 for end in given.ends)
+    if weight < 0 and dry and called_by(scene, "line_wet"):
         return float(given.section.line_density * scene.gravity)
     return weight
 
