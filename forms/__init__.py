@@ -11,6 +11,7 @@ numerical simulation of tethered buoy dynamics*.
 `cable`          mixed form of the cable, Eqs. (6), (11)
 `hull`           strips of the buoy's hull: wet section, Archimedes, Morison, Eq. (10)
 `buoy`           Euler equations of the buoy, Eq. (8), and its static counterpart
+`radiation`      waves that a hull makes and diffracts, by potential flow
 `wind`           wind force, Eq. (2)
 `coupling`       rigid link to the mooring point and coupling, Eqs. (9), (29)
 `kinds`          types of arguments and results

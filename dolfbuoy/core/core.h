@@ -367,6 +367,29 @@ typedef struct {
 
 void follow(void *context, double *values);
 
+/* -- radiation.c: waves that a hull makes and diffracts ----------------------------------------------------------------------- */
+
+typedef struct {                /* complex states z, z_t = rate z + into . v, each as real and imaginary part */
+    int modes;
+    const double *rate, *into, *out;                    /* into, out: five numbers of each */
+    const double *gamma, *history;                      /* z_t = gamma z + history */
+    double *damping, *force;    /* (5, 5) and 5: the force on the five velocities is force - damping v */
+    const double *momentum, *quaternion, *angular_momentum, *mass, *inertia;
+    double *states;
+} memory;
+
+void eliminate(const void *context);
+void recall(const void *context);
+
+typedef struct {                /* a sum of components: scale Re(transfer exp(i (kx x + ky y + phase))) */
+    int count;
+    const double *kx, *ky, *phase, *scale, *transfer;   /* transfer: five complex numbers of each */
+    const double *position;     /* of C */
+    double *force, *slope, *place;                      /* 5, (5, 2), and the x and y to which they belong */
+} diffraction;
+
+void diffract(void *context, double *values);
+
 /* To here. */
 
 void axis_of(const double *quaternion, double *d);

@@ -42,6 +42,9 @@ STEP = 0.8
 #: An inextensible line gets this many times its weight as EA.
 STIFF = 1e4
 
+#: Keys of a buoy that have no place there.
+LEFT_OUT = ("rotational_added_mass", "wave_damping", "disk_averages", "rotational_damping", "potential_flow")
+
 
 @dataclass(frozen=True)
 class Numerics:
@@ -247,7 +250,13 @@ class _Writer:
             if getattr(scene, name) is not None or any(getattr(b, name, None) for b in self.network.buoys.values()):
                 self.note(f"[{name}] is not carried over")
         for buoy in self.network.buoys.values():
-            for name in ("rotational_added_mass", "wave_damping", "disk_averages", "rotational_damping"):
+            for name in (
+                "rotational_added_mass",
+                "wave_damping",
+                "disk_averages",
+                "rotational_damping",
+                "potential_flow",
+            ):
                 if getattr(buoy, name):
                     self.note(f"buoy.{name} is not carried over")
             for name in ("buoy_orientation", "buoy_velocity", "buoy_angular_velocity"):

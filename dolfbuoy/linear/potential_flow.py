@@ -1,9 +1,4 @@
-"""Response of a floating body by potential flow: coefficients from a netCDF file of Capytaine.
-
-The file holds, over omega, added_mass, radiation_damping and excitation_force (or Froude_Krylov_force and
-diffraction_force, which it is the sum of), complex numbers along a dimension `complex` of real and imaginary part.
-Capytaine's motions are Re[X exp(-i omega t)] in waves eta = Re[exp(i (k x - omega t))], as those of `response`.
-"""
+"""Response of a floating body by potential flow: coefficients from a netCDF file of Capytaine."""
 
 import math
 from dataclasses import dataclass
@@ -17,9 +12,7 @@ from numpy.typing import NDArray
 from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
 from ..errors import InputError
 from ..scene.mesh_file import check_netcdf
-
-DOFS = ("Surge", "Heave", "Pitch")
-_FORCES = ("excitation_force",), ("Froude_Krylov_force", "diffraction_force")
+from ..scene.potential_flow import coefficients
 
 
 @dataclass(frozen=True)
@@ -68,40 +61,11 @@ def read_capytaine(path: Path) -> PotentialFlow:
 
 
 def _read(data: xr.Dataset, path: Path) -> PotentialFlow:
-    names = next((names for names in _FORCES if set(names) <= set(data)), ())
-    missing = {"added_mass", "radiation_damping"} - set(data) | (set() if names else {"excitation_force"})
-    if missing:
-        raise InputError(f"{path}: {', '.join(sorted(missing))} is missing; Capytaine writes it over omega.")
     data = data.sortby("omega")
-    influenced, radiating = (_places(data, f"{kind}_dof", path) for kind in ("influenced", "radiating"))
-    added_mass, damping = [
-        data[name].transpose("omega", "influenced_dof", "radiating_dof").values[:, influenced][:, :, radiating]
-        for name in ("added_mass", "radiation_damping")
-    ]
-    along = np.flatnonzero(np.abs(np.atleast_1d(data.wave_direction.values)) < 1e-9)
-    if not len(along):
-        raise InputError(f"{path}: has no waves along x (wave_direction 0).")
-    excitation: Any = sum(_complex(data[name]) for name in names)
-    force = excitation.values[:, along[0]][:, influenced]
+    added_mass, damping, force, _ = coefficients(data)
     center = float(data.rotation_center.values[2]) if "rotation_center" in data.variables else None
     depth = float(data.water_depth.values) if "water_depth" in data.variables else math.inf
     found = PotentialFlow(data.omega.values.astype(float), added_mass, damping, force, center, depth)
     if not (np.all(found.omega > 0) and all(np.all(np.isfinite(x)) for x in (added_mass, damping, force))):
         raise InputError(f"{path}: holds frequencies or coefficients that are no finite positive numbers.")
     return found
-
-
-def _complex(array: xr.DataArray) -> xr.DataArray:
-    """re + i im of what is stored along `complex`, in the order omega, wave_direction, influenced_dof."""
-    if "complex" in array.dims:
-        array = array.isel(complex=0) + 1j * array.isel(complex=1)
-    return array.transpose("omega", "wave_direction", "influenced_dof")
-
-
-def _places(data: xr.Dataset, dimension: str, path: Path) -> list[int]:
-    """Places of surge, heave and pitch; Capytaine puts a body's name before those of several bodies."""
-    found = [str(name).split("__")[-1].lower() for name in data[dimension].values]
-    missing = [dof for dof in DOFS if dof.lower() not in found]
-    if missing:
-        raise InputError(f"{path}: {dimension} lacks {', '.join(missing)}.")
-    return [found.index(dof.lower()) for dof in DOFS]

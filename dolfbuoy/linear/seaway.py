@@ -24,6 +24,7 @@ from ..scene.waves import Waves
 from .drag import LinearDrag, Sea, Velocities
 from .linearisation import WithReactions, equilibrated, linearise
 from .moving import Motions, axes_along
+from .radiated import Radiated
 from .spectrum import slope, small_waves
 
 #: Relative change of the response at which the iteration ends, and the most iterations.
@@ -61,7 +62,7 @@ class Seaway:
         self.crest = bodies[0].position if bodies else lines[0].positions[-1]
         self.equations = WithReactions(self.found)
         self.velocities = Velocities(self.found)
-        self.drag = LinearDrag(self.velocities, self.equations)
+        self.drag, self.radiated = LinearDrag(self.velocities, self.equations), Radiated(self.found)
         self._scales: dict[tuple[str, int], tuple[float, NDArray[Any]]] = {}
 
     def destroy(self) -> None:
@@ -94,7 +95,8 @@ class Seaway:
         (K, E), M, omega, n = self.drag.matrices(), self.equations.M, waves[0].omega, self.equations.size
         F = np.column_stack([wave.F + self.drag.force(wave.water) for wave in waves])
         A = K - 1j * omega * E - omega**2 * M
-        x = equilibrated(A[:n])(-F[:n])
+        own = A[:n] + self.radiated.at_frequency(omega) if self.radiated.there else A[:n]
+        x = equilibrated(own)(-F[:n])
         return np.vstack([x, A[n:] @ x + F[n:]])
 
     def regular(self, wave: Wave, amplitude: float = 0.0) -> NDArray[Any]:

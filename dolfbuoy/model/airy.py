@@ -117,7 +117,7 @@ def _runs(scene):
 
 
 #: (sections of a scene, which do not change, what was made of them): a run needs the same ones several times.
-_KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=8)
+_KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=32)
 
 
 def remembered(make: Callable[[], Any], *sections: Any) -> Any:

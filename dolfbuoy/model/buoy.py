@@ -23,6 +23,7 @@ from .attachment import Attachment
 from .interface import Evolution, Model
 from .kinematics import on_cells
 from .numbers import Numbers
+from .radiation import Diffraction, Memory
 from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from .sea import SeaState
 from .wet_hull import SUBMERGED, WetHull, add, add_forms
@@ -118,6 +119,10 @@ class Buoy(Model):
         #: Body vector from C to the mooring point.
         self.offset = self.offset_of(None)
         self._body_terms = self._called("body")
+        own = {effect.name: c for effect, c in self._body_terms} if dynamic else {}
+        #: Memory of the waves that it has made, and the waves that it diffracts, where the scene gives coefficients.
+        self.memory_of_waves = Memory(self, own[effects.MEMORY]) if effects.MEMORY in own else None
+        self.diffraction = Diffraction(self, own[effects.DIFFRACTION]) if effects.DIFFRACTION in own else None
         terms = [pair for where in ("strip", "face") for pair in self._called(where)]
         water = self.shape, self.sea, self.center, terms
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
@@ -154,6 +159,9 @@ class Buoy(Model):
         for effect in (e for e in effects.EFFECTS if e.name in self._beside):
             self._beside[effect.name].source[:] = effect.looks_at(self.section)
         self.sea.change(scene)
+        for part in (self.memory_of_waves, self.diffraction):
+            if part is not None:
+                part.change()
 
     # -- forms ------------------------------------------------------------------------------------------------------
 
@@ -245,10 +253,14 @@ class Buoy(Model):
     def follow_water(self, system: System) -> None:
         if self.hull is not None:
             self.hull.follow(system, self.state, self.fields)
+        if self.diffraction is not None:
+            self.diffraction.follow(system)
 
     def publish_points(self) -> None:
         if self.hull is not None:
             self.hull.place_points(self.state, self.fields)
+        if self.diffraction is not None:
+            self.diffraction.publish()
 
     # -- time -------------------------------------------------------------------------------------------------------
 
@@ -256,7 +268,9 @@ class Buoy(Model):
         """The state is of first order; its momenta are rates that the scheme makes."""
         lagged = MOTION.mask("momentum", "angular_momentum")
         found = [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
-        return [*found, self.spin] if self.spin else found
+        if self.memory_of_waves is not None:
+            self.memory_of_waves.part = self.part
+        return [*found, *(one for one in (self.spin, self.memory_of_waves) if one is not None)]
 
     def clock(self, time: np.ndarray, u: np.ndarray) -> list:
         found, motion, state = super().clock(time, u), self.motion, u[self.part.slice]

@@ -3,130 +3,24 @@
 From a declaration follow: whether the effect is compiled, its term in the form, the name in a record's list of effects,
 what `study effects` leaves out, the account of its power in the energy balance, and the values that random scenes give
 to its keys.  The keys themselves, with their units and ranges, stand in `scene.sections`.
-
-A term is a plain UFL function of `forms/`; its signature depends on where it enters:
-
-    line(c, cable, rho_w, flow, point)    force per stretched metre of a line
-    strip(c, rho_w, strip)                force per wet area of a strip of a hull, in the centroid of that area
-    couple(c, rho_w, strip)               torque per wet area of a strip that comes with it
-    face(c, rho_w, strip, face)           (force, torque) on a wet face of a hull
-    body(c, body)                         (force, torque) at a point of a body
-    line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
-    joint(c, body, rho_w, flow, point)    force on a body at a joint
-    bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
-    line_wet(cable, flow, r, share)       part of a line that is under water, for buoyancy and `line`
-    joint_wet(body, flow, r)              part of a body at a joint that is under water
-    take_off(c, stretch)                  tension of a power take-off
-    take_off_energy(c, stretch)           energy that this tension stores; without it its power is absorbed
-
-c are its numbers as UFL constants: one, or several by name.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
-from ..forms import bending, buoy, cable, hull, joint, seabed, take_off, wind
+from ..forms import bending, buoy, cable, hull, joint, radiation, seabed, take_off, wind
 from ..scene import Scene
-from ..scene.network import OWN
+from .effect import Drawn, Effect
+from .potential_flow import coefficients_of, on_five
 from .rigid import axis_offset
 from .sea import heading
 from .surfacing import surfacing
 
 #: Where an end stop is that there is not [m].
 FAR = 1e9
-
-
-class Drawn(NamedTuple):
-    """Values of a key in random scenes: between low and high, evenly in the logarithm; now and then zero."""
-
-    low: float
-    high: float
-    zero: bool = False
-    even: bool = False  #: evenly in the number itself
-
-
-@dataclass(frozen=True)
-class Effect:
-    """One physical effect.
-
-    key: of the scene, `neutral` its value without the effect (None: the section is absent).  needs: sections without
-    which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
-    key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
-    balance.  looks_at: buoy -> height above the keel where a term of a body looks at the water; None: at C or the
-    surface above it.  default: scene -> value of the key where it is absent.  drawn: key -> Drawn.  removable: whether
-    a scene makes sense without it.  brings: keys that make no sense without it.
-    """
-
-    name: str
-    key: str
-    neutral: Any = 0.0
-    needs: tuple[str, ...] = ()
-    without: str | None = None
-    line: Callable[..., Any] | None = None
-    strip: Callable[..., Any] | None = None
-    couple: Callable[..., Any] | None = None
-    face: Callable[..., Any] | None = None
-    body: Callable[..., Any] | None = None
-    line_power: Callable[..., Any] | None = None
-    joint: Callable[..., Any] | None = None
-    bed: Callable[..., Any] | None = None
-    line_wet: Callable[..., Any] | None = None
-    joint_wet: Callable[..., Any] | None = None
-    take_off: Callable[..., Any] | None = None
-    take_off_energy: Callable[..., Any] | None = None
-    default: Callable[..., Any] | None = None
-    numbers: Mapping[str, Callable[..., Any]] | None = field(default_factory=dict)
-    looks_at: Callable[..., Any] | None = None
-    account: str = "outer"
-    drawn: Mapping[str, Drawn] = field(default_factory=dict)
-    removable: bool = True
-    brings: tuple[str, ...] = ()
-
-    def values(self, scene: Scene, part: Any = None) -> list[Any]:
-        """Values of the key in all sections of the scene that have it, or in those of one `part` of its network."""
-        if any(getattr(scene, name) is None for name in self.needs):
-            return []
-        name, _, leaf = self.key.partition(".")
-        found = [section for section in _sections(scene, name, part) if section is not None]
-        values = [getattr(section, leaf) if leaf else section for section in found]
-        values = [self.default(scene) if value is None and self.default else value for value in values]
-        return [value for value in values if value is not None]
-
-    def called(self, scene: Scene, part: Any = None) -> bool:
-        """True if any line, body or buoy of a scene calls for it, or this one does."""
-        return any(value != self.neutral for value in self.values(scene, part))
-
-    def spared(self, scene: Scene) -> bool:
-        """True if anything in the scene could call for it and does not."""
-        return any(value == self.neutral for value in self.values(scene))
-
-    def given(self, scene: Scene, section: Any) -> dict[str, Any]:
-        """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
-        leaf = self.key.rpartition(".")[2]
-        numbers = self.numbers or {"": lambda scene, section: getattr(section, leaf)}
-        return {name: get(scene, section) for name, get in numbers.items()}
-
-
-def _sections(scene: Scene, name: str, part: Any) -> list[Any]:
-    """The sections of this name: of every line, body and buoy of a scene, or of one `part`."""
-    network = scene.network
-    parts: dict[str, list[Any]] = {
-        "cable": [piece.section for piece in network.pieces],
-        "joint": list(network.bodies.values()),
-        "buoy": list(network.buoys.values()),
-        "take_off": [device.section for device in network.take_offs.values()],
-    }
-    if name in parts:
-        return parts[name] if part is None else [part]
-    if name in OWN:
-        return [getattr(buoy, name) for buoy in (parts["buoy"] if part is None else [part])]
-    if name == "anchor":
-        return scene.anchor or []
-    return [getattr(scene, name)]
 
 
 def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Any) -> Effect:
@@ -137,6 +31,35 @@ def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Any) -> E
 def _stop(value: float | None, otherwise: float) -> float:
     """Place of an end stop; far away if there is none."""
     return otherwise if value is None else value
+
+
+#: Effects whose numbers a step, or the place of a buoy, gives (`radiation`).
+MEMORY, DIFFRACTION = "radiation memory", "diffraction"
+
+
+def _of_potential_flow() -> list[Effect]:
+    """Effects of the coefficients of potential flow."""
+
+    def one(name: str, body: Callable[..., Any], account: str, numbers: dict[str, Any], *needs: str) -> Effect:
+        return Effect(
+            name,
+            "buoy.potential_flow",
+            neutral=None,
+            needs=("sea", *needs),
+            body=body,
+            account=account,
+            numbers=numbers,
+            brings=("buoy.memory_order",),
+        )
+
+    at_once = {"": lambda scene, buoy: on_five(coefficients_of(scene, buoy).at_once)}
+    by_step = {"damping": lambda *_: np.zeros((5, 5)), "force": lambda *_: np.zeros(5)}
+    by_place = {"force": lambda *_: np.zeros(5), "slope": lambda *_: np.zeros((5, 2)), "place": lambda *_: np.zeros(2)}
+    return [
+        one("added mass at infinite frequency", radiation.added_mass, "inertia", at_once),
+        one(MEMORY, radiation.memory, "radiation", by_step),
+        one(DIFFRACTION, radiation.diffraction, "inertia", by_place, "waves"),
+    ]
 
 
 #: In the order in which a record names them.
@@ -216,6 +139,7 @@ EFFECTS: list[Effect] = [
         numbers={"heave": lambda scene, buoy: buoy.wave_damping[0], "pitch": lambda scene, buoy: buoy.wave_damping[1]},
         account="damping",
     ),
+    *_of_potential_flow(),
     Effect("disk averages", "buoy.disk_averages", neutral=False, needs=("sea", "waves")),
     Effect(
         "buoy rotational damping",

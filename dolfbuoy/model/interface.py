@@ -47,6 +47,10 @@ class Evolution:
         """(`out`, the view to be copied there), or a function that puts them into `out`; u stays in place."""
         return out, self.values(u)
 
+    def handed(self, u: Array) -> list[Any]:
+        """Functions that are called when a step has handed its rules to the forms."""
+        return []
+
     def hand_out(self, level: int, gamma: float, history: Array | float) -> None:
         """Give the forms the rule of a derivative (0: the first)."""
         constant, function = self.rates[level]

@@ -142,6 +142,11 @@ class Kinematics:
         self.waves.serial += 1
         self._stale[0] = 1
 
+    @property
+    def phases(self) -> np.ndarray:
+        """phase - omega t of the components at the time [rad], rounded up to whole vectors."""
+        return self._arrays["phase"]
+
     def add(self, points: Points) -> Points:
         """More points, with the others of this mesh."""
         self.sets.append(points)

@@ -12,6 +12,7 @@ from ..forms.kinds import Expr
 from ..scene import Scene
 from ..scene.buoy import Wind
 from ..solver import compat, vector_ops
+from ..solver.c_code import address, core
 from ..solver.system import System
 from ..solver.unknowns import array_of
 from .airy import AirySum, Propagation, components_of, current_speed, propagation, stream_wave
@@ -170,6 +171,18 @@ class SeaState:
         numbers = {"size": waves.size, "ramp": waves.ramp, "phase": math.radians(waves.phase_deg)}
         numbers |= {"frequency": main_propagation(self.scene).at_ground, "amplitude": amplitude}
         return [vector_ops.work("advance_wave", "wave", {"t": time, **numbers, "time_phase": time_phase})]
+
+    @property
+    def phases(self) -> np.ndarray:
+        """phase - omega t of the components [rad] as they are at the time, by rising wavenumber."""
+        return self._numbers_of_wave[1] if self.kinematics is None else self.kinematics.phases
+
+    @property
+    def scale(self) -> Any:
+        """For C: the factor of the components at the time, the amplitude of a regular wave or the ramp of a sum."""
+        if self.kinematics is None:
+            return address(self._numbers_of_wave[0])
+        return core().ffi.addressof(self.kinematics.waves, "ramp")
 
     def set_wave(self, amplitude: float, time_phase: float) -> None:
         """Amplitude a [m] and phase - omega t [rad] of the wave."""

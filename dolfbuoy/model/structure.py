@@ -3,11 +3,13 @@
 from typing import Any
 
 from ..scene import Scene
+from ..scene.buoy import Buoy
 from ..scene.cable import Cable
 from ..scene.lines import Body
 from ..scene.network import OWN, End, Network
 from ..scene.stiffness import kinks_of
 from . import effects
+from .potential_flow import states_of
 
 #: Keys of a piece of line whose values are part of the structure.
 _OF_LINES = (
@@ -29,12 +31,22 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
         *(_of_line(scene, piece.section) for piece in network.pieces),
         *(_called(scene, "joint", body) for body in network.bodies.values()),
         *(
-            (repr(buoy.hull), buoy.external_force and buoy.external_force.height is None, _called(scene, "buoy", buoy))
+            (
+                repr(buoy.hull),
+                buoy.external_force and buoy.external_force.height is None,
+                _states(scene, buoy),
+                _called(scene, "buoy", buoy),
+            )
             for buoy in network.buoys.values()
         ),
         *(_called(scene, "take_off", device.section) for device in network.take_offs.values()),
         _topology(network),
     )
+
+
+def _states(scene: Scene, buoy: Buoy) -> tuple[int, ...]:
+    """Numbers of states of the radiation memory."""
+    return tuple(len(s.rate) for s in states_of(scene, buoy)) if buoy.potential_flow and scene.sea else ()
 
 
 def _of_line(scene: Scene, section: Cable) -> tuple[Any, ...]:

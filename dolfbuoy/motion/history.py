@@ -11,7 +11,7 @@ import numpy as np
 
 from ..solver.c_code import address, core
 from ..solver.unknowns import array_of
-from ..solver.vector_ops import Work, copies
+from ..solver.vector_ops import Work, copies, together
 from .schemes import HISTORY, KEPT, Series, Sum, same_step
 
 
@@ -179,7 +179,8 @@ class Operations:
         histories, rates, advance = (
             Work(name, self._past, self) for name in ("make_histories", "find_rates", "advance")
         )
-        self.begin = [histories, copies(past.rules_of_forms(self.gammas))]
+        handed = [function for evolution in past.evolutions for function in evolution.handed(past.u)]
+        self.begin = [histories, together(copies(past.rules_of_forms(self.gammas)), *handed)]
         self.find_rates = [*read, rates]
         self.accept = [*read, advance]
 

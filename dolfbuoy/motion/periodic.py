@@ -141,7 +141,8 @@ class State:
         for value in past.series[0].values:
             value += change
         for evolution, place in zip(past.evolutions, past.places, strict=True):
-            u[evolution.part.slice] += change[place]
+            if evolution.size == evolution.part.size:
+                u[evolution.part.slice] += change[place]
         for attachment in problem.attachments:
             u[attachment.slice][:3] += shift[-1]
 

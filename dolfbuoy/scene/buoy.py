@@ -3,11 +3,15 @@
 import itertools
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from . import quantities as q
+from .potential_flow import PotentialFlow, potential_flow_of
 from .quantities import Missing, Wrong
 from .section import Section, key
+
+#: What coefficients of potential flow have in them.
+HAS_THEM = ("added_mass", "axial_added_mass", "rotational_added_mass", "wave_damping")
 
 
 class BuoyStart(Section):
@@ -93,6 +97,12 @@ class Buoy(Section):
         "linear radiation damping [heave, pitch], on the velocity relative to the water", "N s/m, N m s", default=None
     )
     disk_averages: bool = key("average the wave kinematics over the hull's cross-sections (short waves)", default=False)
+    potential_flow: Annotated[PotentialFlow, BeforeValidator(potential_flow_of)] | None = key(
+        "radiation and diffraction by potential flow: Capytaine's netCDF file, or its table", default=None
+    )
+    memory_order: Annotated[int, Field(ge=2, le=20)] | None = key(
+        "states of the radiation memory of heave, and of a vertical plane; absent: by its error", "1", default=None
+    )
     rotational_damping: q.Damping = key("linear damping of spin about the axis", "N m s", default=0.0)
     name: q.Name | None = key("name of the buoy; required if there are several", default=None)
     wind: Wind | None = None
@@ -124,6 +134,10 @@ class Buoy(Section):
                 raise Wrong("inertia", self.inertia, f"{allowed} {moments}")
         if self.wave_damping is not None and len(self.wave_damping) != 2:
             raise Wrong("wave_damping", self.wave_damping, "must be two numbers, [heave, pitch]")
+        if self.potential_flow is not None:
+            self.refuse(HAS_THEM, "goes without potential_flow, which has it: it would count twice")
+        else:
+            self.refuse(["memory_order"], "goes with potential_flow only")
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
             name = "inertia" if self.inertia is None else "center_of_mass"
             raise Missing(name, "a buoy without hull needs inertia and center_of_mass")

@@ -219,6 +219,7 @@ FILES = frozenset(
     {
         "cable.elements",
         "cable.segments.elements",
+        "buoy.potential_flow",
         "cable.segments.winch",
         "cable.winch",
         "cable.top.motion",

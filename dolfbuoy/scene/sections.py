@@ -294,6 +294,10 @@ class Scene(Section):
             raise Wrong("cable.slack", slack.pop(), f"{allowed}others gain energy whenever the cable snaps taut")
         if self.waves is not None and self.waves.theory == "stream" and any(buoy.disk_averages for buoy in self.buoys):
             raise Wrong("buoy.disk_averages", True, "goes with linear waves, not with waves.theory = 'stream'")
+        if self.gravity == 0 and any(b.potential_flow for b in self.buoys):
+            raise Wrong("gravity", self.gravity, "carries no waves of buoy.potential_flow")
+        if self.waves is not None and self.waves.theory == "stream" and any(b.potential_flow for b in self.buoys):
+            raise Wrong("waves.theory", "stream", "does not go with buoy.potential_flow, whose diffraction is linear")
         if self.sea is not None and any(buoy.hull is None for buoy in self.buoys):
             raise Missing("buoy.hull", "the sea needs it")
         return self

@@ -19,15 +19,15 @@ MOST_BYTES = 20_000_000
 def spectrum_of(value: Any) -> Any:
     """Value of `waves.spectrum` with the contents of a file in place of its name.  Raises ValueError."""
     name = value.name if isinstance(value, Named) else value
-    if name in FORMULAS if isinstance(name, str) else not _is_file(value):
+    if name in FORMULAS if isinstance(name, str) else not is_file(value):
         return name
-    path = _path(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
+    path = file_of(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
     return _directional(path) if _is_netcdf(path) else _columns(path, 2)
 
 
 def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
     """Validator of a key that may name a text file of some columns: their rows in place of its name."""
-    return lambda value: _columns(_path(value, allowed), count) if _is_file(value) else value
+    return lambda value: _columns(file_of(value, allowed), count) if is_file(value) else value
 
 
 #: Columns of a file of motions, with the names that each may have in a netCDF file.
@@ -36,9 +36,9 @@ MOTIONS = (("time", "t"), ("x", "surge"), ("y", "sway"), ("z", "heave"), ("roll"
 
 def motions_of(value: Any) -> Any:
     """Value of `vessel.motion` with the rows of a file in place of its name.  Raises ValueError."""
-    if not _is_file(value):
+    if not is_file(value):
         return value
-    path = _path(value, "a table, or the name of a file")
+    path = file_of(value, "a table, or the name of a file")
     return _motions(path) if _is_netcdf(path) else _columns(path, len(MOTIONS))
 
 
@@ -69,11 +69,12 @@ def _is_netcdf(path: Path) -> bool:
         return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
-def _is_file(value: Any) -> bool:
+def is_file(value: Any) -> bool:
+    """True for the name of a file."""
     return isinstance(value, str | Path | Named)
 
 
-def _path(value: Any, allowed: str) -> Path:
+def file_of(value: Any, allowed: str) -> Path:
     """The file that is meant, of bounded size."""
     if isinstance(value, Named):
         path = inside(value.folder, value.name)

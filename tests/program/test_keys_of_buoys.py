@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from every_key import changed, shows
 
-from dolfbuoy import modes, simulate, solve_static
-from dolfbuoy.errors import SolveError
+from dolfbuoy import load_scene, modes, simulate, solve_static
+from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.model.potential_flow import coefficients_of, states_of
+from dolfbuoy.scene.potential_flow import PotentialFlow
 
 G, RHO, R, H, M, COM = 10.0, 1000.0, 1.0, 2.0, 3000.0, 0.4
 AREA = math.pi * R**2
@@ -221,6 +223,94 @@ def test_short_waves_are_averaged_over_the_disk():
     k = (2 * math.pi / 2.5) ** 2 / G
     assert averaged / plain == pytest.approx(1 - (k * R) ** 2 / 8, abs=0.05)
     assert averaged != pytest.approx(plain, rel=1e-3)
+
+
+W = np.linspace(0.2, 4.0, 39)
+_WAVY = 900.0 * W**4 * np.exp(-2 * W)
+FLOW = {
+    "omega": W.tolist(),
+    "added_mass": np.outer(1 + np.exp(-W), [1500.0, 1200.0, 300.0, 0.0]).tolist(),
+    "added_mass_infinite": [1500.0, 1200.0, 300.0, 0.0],
+    "damping": np.outer(_WAVY, [1.0, 1.0, 0.1, 0.0]).tolist(),
+    "excitation": np.outer(np.exp(-W), [0.0, -9e3, 3e4, 0.0, 0.0, -900.0]).tolist(),
+    "froude_krylov": np.outer(np.exp(-W), [0.0, -5e3, 3e4, 1e3, 0.0, -900.0]).tolist(),
+    "height": 0.1,
+    "draft": 0.9,
+}
+FLOWING = FLOAT | {"buoy": FLOAT["buoy"] | {"potential_flow": FLOW, "inertia": [2000.0, 1500.0]}}
+
+
+def of_flow(name, **changes):
+    """A coefficient about C, with some keys of the table changed."""
+    scene = load_scene(changed(FLOWING, {f"buoy.potential_flow.{key}": value for key, value in changes.items()}))
+    return getattr(coefficients_of(scene, scene.buoys[0]), name)
+
+
+def times(key, factor):
+    return (np.array(FLOW[key]) * factor).tolist()
+
+
+@shows(*(f"buoy.potential_flow.{name}" for name in PotentialFlow.model_fields))
+@pytest.mark.parametrize(
+    ("name", "changes", "factor"),
+    [
+        ("omega", {"omega": times("omega", 1.1)}, 1.1),
+        ("added_mass", {"added_mass": times("added_mass", 1.2)}, 1.2),
+        ("at_once", {"added_mass_infinite": times("added_mass_infinite", 1.3)}, 1.3),
+        ("damping", {"damping": times("damping", 1.4)}, 1.4),
+        ("force", {"excitation": times("excitation", 2.0), "froude_krylov": times("froude_krylov", 2.0)}, 2.0),
+        ("undisturbed", {"froude_krylov": times("froude_krylov", 0.5)}, 0.5),
+    ],
+)
+def test_coefficients_of_potential_flow(name, changes, factor):
+    assert of_flow(name, **changes) == pytest.approx(factor * of_flow(name), rel=1e-12)
+
+
+@pytest.mark.parametrize(("key", "value", "up"), [("height", 0.35, 0.25), ("draft", 0.8, -0.1)])
+def test_point_of_the_coefficients(key, value, up):
+    """Surge and pitch go together by the lever of the point above C: A15 = lever A11, A55 + lever^2 A11."""
+    lever = FLOW["height"] + FLOW["draft"] - COM
+    for at, moved in ((lever, {}), (lever + up, {key: value})):
+        found = of_flow("at_once", **moved)
+        assert found[0] == pytest.approx([1500.0, 1500.0 * at, 0.0])
+        assert found[1, 1] == pytest.approx(300.0 + 1500.0 * at**2)
+
+
+@shows("buoy.potential_flow")
+def test_a_hull_with_potential_flow_is_released():
+    """The first acceleration: what Archimedes' force lacks, over the mass and that of the water at once."""
+    drop = {"initial": {"buoy_position": [0.0, 0.0, COM - 0.8]}, "time": {"end": 1e-3, "step": 1e-3}}
+    values = simulate(changed(FLOWING, drop)).linear_momentum.values[:, 0, 2]
+    lacking = RHO * G * AREA * 0.8 - M * G
+    assert (values[-1] - values[0]) / 1e-3 == pytest.approx(lacking * M / (M + 1200.0), rel=1e-3)
+
+
+@shows("buoy.memory_order")
+def test_states_of_the_memory():
+    for order in (4, 6):
+        scene = load_scene(changed(FLOWING, {"buoy.memory_order": order}))
+        assert [states.order for states in states_of(scene, scene.buoys[0])] == [order, order]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"buoy.added_mass": 0.5}, "buoy.added_mass = 0.5: goes without potential_flow"),
+        ({"buoy.axial_added_mass": 0.5}, "buoy.axial_added_mass = 0.5: goes without"),
+        ({"buoy.rotational_added_mass": 0.5}, "buoy.rotational_added_mass = 0.5: goes without"),
+        ({"buoy.wave_damping": [1.0, 0.0]}, "buoy.wave_damping = .*: goes without"),
+        ({"buoy.potential_flow": None, "buoy.memory_order": 4}, "buoy.memory_order = 4: goes with potential_flow"),
+        ({"buoy.potential_flow.damping": times("damping", -1.0)}, "damping = .*must not be below 0"),
+        ({"buoy.potential_flow.omega": W[::-1].tolist()}, "omega.*must rise"),
+        ({"buoy.potential_flow.damping": FLOW["damping"][:-1]}, "damping = .*a row for each of the 39"),
+        ({"buoy.potential_flow": "nowhere.nc"}, "buoy.potential_flow = .*file not found"),
+        ({"waves": {"theory": "stream", "height": 1.0, "period": 5.0}}, "waves.theory = 'stream': does not go with"),
+        ({"gravity": 0.0}, "gravity = 0.0: carries no waves"),
+    ],
+)
+def test_what_does_not_go_with_potential_flow(changes, said):
+    with pytest.raises(InputError, match=said):
+        load_scene(changed(FLOWING, changes))
 
 
 # -- moorings ----------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
+from helpers import REFERENCE
 from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
@@ -22,6 +23,7 @@ from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results import checkpoint, recorder
 from dolfbuoy.results.record import read
+from dolfbuoy.scene.buoy import HAS_THEM
 
 GROWTH = [[-20.0, 1.0, 1.0], [-2.0, 1.5, 1.3]]
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
@@ -53,6 +55,14 @@ SCENES = {
         time=TIME,
     )
     | {"waves": {"spectrum": "jonswap", "significant_height": 1.5, "peak_period": 5.0, "ramp": 0.2}},
+    "waves of the hull's own": merged(
+        MOORED,
+        cable__elements=6,
+        waves__ramp=0.2,
+        time=TIME,
+        **dict.fromkeys((f"buoy__{name}" for name in HAS_THEM), None),
+        buoy__potential_flow=str(REFERENCE / "truncated_cylinder.nc"),
+    ),
     "steep wave": merged(MOORED, cable__elements=6, waves=None, time=TIME)
     | {"waves": {"theory": "stream", "height": 2.0, "period": 5.0, "ramp": 0.2}},
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},

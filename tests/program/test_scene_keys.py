@@ -19,11 +19,12 @@ UNITS = {
     "N s",
     "N s/m",
     "N s^2/m^2",
-    "N/m",
     "N m^2",
     "N m/rad",
     "deg",
     "kg",
+    "N/m",
+    "kg m",
     "kg m^2",
     "kg/m",
     "kg/m^3",
@@ -82,7 +83,8 @@ def test_no_key_of_the_shipped_scenes_is_left_out():
 def test_every_section_is_described():
     sections = {key.name.split(".")[0] for key in KEYS if "." in key.name}
     definitions = Scene.model_json_schema()["$defs"]
-    more = ("Top", "FailsAt", "PointMass", "Spectrum", "Segment", "Body", "BuoyStart", "EndDirection")  # in others
+    more = ("Top", "FailsAt", "PointMass", "Spectrum", "Segment", "Body", "BuoyStart", "EndDirection")
+    more += ("PotentialFlow",)  # in others
     assert len(definitions) == len(sections) + len(more)
     assert set(more) - {"Spectrum"} <= set(definitions)
     assert all(10 < len(section["description"]) < 130 for section in definitions.values())
@@ -142,9 +144,11 @@ def test_defaults_are_those_of_scenes_that_leave_keys_out():
         assert found[name] == (pytest.approx(value, rel=1e-5) if isinstance(value, float) else value), name
 
 
-#: Of tables in lists or by name, whose messages have a number or a name more; of ends, which need a direction too.
+#: Of tables in lists or by name, whose messages have a number or a name more; of ends and coefficients, which need
+#: a direction, or the rest of their table, too.
 LISTED = (
     "buoy.point_masses.",
+    "buoy.potential_flow.",
     "cable.segments.",
     "cable.from_end.",
     "cable.to_end.",

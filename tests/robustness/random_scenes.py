@@ -100,6 +100,7 @@ STRUCTURAL = {
     "waves.spectrum.density", "waves.components", "waves.band", "waves.seed", "waves.amplitudes", "waves.kinematics",
     "waves.elevation", "waves.theory", "waves.order", "waves.crest", "waves.crest_time", "waves.crest_position",
     "waves.crest_sea",
+    "buoy.memory_order",
     "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth", "sea.dry_above",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
@@ -120,7 +121,7 @@ LEFT_ALONE = {
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
 OF_NETWORKS = re.compile(
     r"joint\.|vessel\.|take_off\.|material\.|cable\.(name|from|to|from_end|to_end|material|segments|fails_at|winch)\b|cable\.top\.(motion|velocity)"
-    r"|buoy\.(name|fairleads|wind|external_force|initial)\b"
+    r"|buoy\.(name|fairleads|wind|external_force|initial|potential_flow)\b"
 )
 
 

@@ -1,0 +1,70 @@
+"""Radiation memory of buoys in linear motion: forces -K v on the five velocities of each (`forms.radiation`).
+
+In frequency K* = B - i omega (A - A_inf) of the file, for motions Re[X exp(-i omega t)]; for exp(lambda t) that of the
+states, K(lambda) = out (lambda - rate)^-1 into.  A_inf is in the linearised equations already.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.sparse import csr_matrix
+
+from ..model.potential_flow import Coefficients, coefficients_of, on_five, plane_and_heave
+from ..model.rigid import rotation_of
+from .layout import Body
+from .linearisation import Linearisation
+
+
+class Radiated:
+    """Memory of all buoys of a linearised scene that have one; `there` says whether any has.
+
+    Matrices (rows of equations, unknowns) of the whole scene.
+    """
+
+    def __init__(self, found: Linearisation):
+        scene, self.size = found.problem.scene, found.K.shape[1]
+        buoys = scene.network.buoys
+        self._bodies = [(body, buoys[body.name]) for body in found.bodies if buoys[body.name].potential_flow]
+        self._bodies = self._bodies if scene.sea is not None else []
+        self._known = [(_places(body), coefficients_of(scene, b)) for body, b in self._bodies]
+        self._states = [plane_and_heave(scene, b) for _, b in self._bodies]
+        self._splines = [_over_frequency(c) for _, c in self._known]
+        self.there = bool(self._known)
+
+    def at_frequency(self, omega: float) -> csr_matrix:
+        """K* at an angular frequency [rad/s]; beyond those of the file from the states."""
+        found = []
+        for (_, c), states, spline in zip(self._known, self._states, self._splines, strict=True):
+            inside = c.omega[0] <= omega <= c.omega[-1]
+            found.append(spline(omega) if inside else states(omega).conj())
+        return self._matrix(found)
+
+    def at_root(self, root: complex) -> csr_matrix:
+        """K(lambda) of the states."""
+        return self._matrix([states(-1j * root) for states in self._states])
+
+    def _matrix(self, kernels: list[NDArray[Any]]) -> csr_matrix:
+        total = csr_matrix((self.size, self.size), dtype=complex)
+        for ((places, rows, columns), _), K in zip(self._known, kernels, strict=True):
+            block = rows @ on_five(K) @ columns
+            where = np.repeat(places, len(places)), np.tile(places, len(places))
+            total = total + csr_matrix((block.ravel(), where), total.shape)
+        return total
+
+
+def _over_frequency(c: Coefficients) -> Any:
+    """K* (3, 3) over omega."""
+    return CubicSpline(c.omega, c.damping - 1j * c.omega[:, None, None] * (c.added_mass - c.at_once))
+
+
+def _places(body: Body) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Places of the momenta, the rows (6, 5) into which five forces go, and the five velocities (5, 6) of momenta."""
+    d, inverse = rotation_of(body.orientation)[:, 2], np.linalg.inv(body.inertia)
+    rows, columns = np.zeros((6, 5)), np.zeros((5, 6))
+    rows[:3, :3], columns[:3, :3] = np.eye(3), np.eye(3) / body.mass
+    for k in range(2):
+        rows[3:, 3 + k] = np.cross(d, np.eye(3)[k])
+        columns[3 + k, 3:] = rows[3:, 3 + k] @ inverse  # (omega x d)_k = omega . (d x e_k)
+    return np.concatenate([body.at.momentum, body.at.angular_momentum]), rows, columns

@@ -1,0 +1,176 @@
+"""Coefficients of potential flow of a buoy about C, and the memory that they mean, in numbers.
+
+The coefficients are referred to C once, where the hull floats upright; from then on they are those of five velocities,
+(x, y, z) of C and (x, y) of the tip of its unit axis.  Heave has a memory of its own, the two vertical planes the same.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.special import j1, jn
+
+from ..errors import InputError
+from ..scene import Scene
+from ..scene.buoy import Buoy
+from . import Array
+from .airy import dispersion_wavenumber, remembered
+from .memory_fit import States, fitted
+from .rigid import float_upright, mass_properties, shape_of
+
+#: Places of heave, and of surge and the axis' lean in each vertical plane, among the five velocities.
+HEAVE, PLANES = (2,), ((0, 3), (1, 4))
+
+
+class Coefficients(NamedTuple):
+    """Coefficients about C over omega (n,) [rad/s]: of (surge, lean of the axis, heave), that is 3 numbers or 3 x 3.
+
+    force: diffraction per metre of a wave along x, (n, 3) complex; undisturbed: the Froude-Krylov part of the file.
+    """
+
+    omega: Array
+    added_mass: Array
+    at_once: Array
+    damping: Array
+    force: Array
+    undisturbed: Array | None
+
+
+def coefficients_of(scene: Scene, buoy: Buoy) -> Coefficients:
+    """Coefficients about C of a section [buoy] with potential_flow.  Raises InputError for a hull that sinks."""
+    return remembered(partial(_coefficients, scene, buoy), buoy, scene.sea, scene.gravity, "radiation")
+
+
+def draft_of(scene: Scene, buoy: Buoy) -> float:
+    """Draft to which the coefficients belong [m]: the file's, or that of the buoy without lines."""
+    given = buoy.potential_flow.draft
+    if given is not None:
+        return float(given)
+    return float_upright(shape_of(buoy), mass_properties(buoy), scene.sea.density, scene.gravity or 1.0).draft
+
+
+def _coefficients(scene: Scene, buoy: Buoy) -> Coefficients:
+    flow, draft, center = buoy.potential_flow, draft_of(scene, buoy), mass_properties(buoy).height
+    omega = np.array(flow.omega)
+    lever = flow.height + draft - center  # of the file's point above C
+    turn = np.eye(3)
+    turn[0, 1] = lever  # velocity of that point
+
+    def about_C(rows: Any) -> Array:
+        surge, heave, pitch, both = np.atleast_2d(rows).T
+        zero = np.zeros_like(surge)
+        found = np.array([[surge, both, zero], [both, pitch, zero], [zero, zero, heave]]).transpose(2, 0, 1)
+        return turn.T @ found @ turn
+
+    def forces(rows: Any) -> Array:
+        numbers = np.array(rows)
+        surge, heave, pitch = (numbers[:, k] + 1j * numbers[:, k + 1] for k in (0, 2, 4))
+        return np.column_stack([surge, pitch, heave]) @ turn
+
+    whole, own = forces(flow.excitation), flow.froude_krylov
+    undisturbed = None if own is None else forces(own)
+    part = froude_krylov(scene, buoy, draft, omega) if undisturbed is None else undisturbed
+    A, B = about_C(flow.added_mass), about_C(flow.damping)
+    return Coefficients(omega, A, about_C(flow.added_mass_infinite)[0], B, whole - part, undisturbed)
+
+
+def froude_krylov(scene: Scene, buoy: Buoy, draft: float, omega: Array) -> Array:
+    """Force of the undisturbed wave on the upright hull per metre, (n, 3) complex: surge, lean, heave, about C.
+
+    Rings of the hull see a wave along x as J_n(k R): Gauss' theorem, rho a integrated over the disks and their moments.
+    """
+    shape, center, g, h = shape_of(buoy), mass_properties(buoy).height, scene.gravity, scene.sea.depth
+    found = np.zeros((len(omega), 3), dtype=complex)
+    for row, w in zip(found, omega, strict=True):
+        k = dispersion_wavenumber(2 * np.pi / w, h, g)
+
+        def disks(zeta: Array, R: Array, k: float = k) -> Array:
+            z, kR = zeta - draft, np.maximum(k * R, 1e-9)
+            down, up = np.exp(k * z), np.exp(-k * (z + 2 * h))
+            along, rise = (down + up) / (1 + np.exp(-2 * k * h)), (down - up) / (1 + np.exp(-2 * k * h))
+            area, first = 2 * np.pi * R**2 * j1(kR) / kR, 2 * np.pi * R**3 * jn(2, kR) / kR
+            # -grad p of p = rho g cosh e^(ikx): along x -i k, upwards -k; x times it has the first moment i J_2
+            lean = -1j * k * along * area * (zeta - center) + 1j * k * rise * first
+            return np.array([-1j * k * along * area, lean, -k * rise * area])
+
+        inside = _integral(shape, disks, draft)
+        R = shape.waterplane_radius(draft)
+        kR = max(k * R, 1e-9)
+        # and the pressure on the water plane, which the volume integral of -grad p leaves out
+        plane = np.array([0.0, -1j * 2 * np.pi * R**3 * jn(2, kR) / kR, 2 * np.pi * R**2 * j1(kR) / kR])
+        row[:] = scene.sea.density * g * (inside + plane)
+    return found
+
+
+def _integral(shape: Any, function: Callable[[Array, Array], Array], draft: float) -> Array:
+    """Integral over the wet axis of function(height, radius), in pieces that are short for the waves."""
+    x, weights = np.polynomial.legendre.leggauss(12)
+    total: Any = 0.0
+    for a, b, ra, rb in shape.segments:
+        end = min(b, draft)
+        for low, high in zip(*[np.linspace(a, end, 9)[part] for part in (slice(-1), slice(1, None))], strict=True):
+            if high > low:
+                zeta = low + (high - low) * (x + 1) / 2
+                total = total + (high - low) / 2 * function(zeta, ra + (rb - ra) * (zeta - a) / (b - a)) @ weights
+    return np.asarray(total)
+
+
+def on_five(three: Array) -> Array:
+    """(..., 5, 5) of (..., 3, 3): the same in both vertical planes."""
+    found = np.zeros((*three.shape[:-2], 5, 5), dtype=three.dtype)
+    for places in PLANES:
+        found[..., np.array(places)[:, None], places] = three[..., :2, :2]
+    found[..., 2, 2] = three[..., 2, 2]
+    return found
+
+
+def states_of(scene: Scene, buoy: Buoy) -> tuple[States, States]:
+    """Memory of heave, and of (surge, lean times the height of the hull)."""
+    return remembered(partial(_states, scene, buoy), buoy, scene.sea, scene.gravity, "memory")
+
+
+def _states(scene, buoy):
+    c, size = coefficients_of(scene, buoy), np.array([1.0, shape_of(buoy).height])
+    apart = c.added_mass - c.at_once
+    pair = 1 / np.outer(size, size)
+    try:
+        heave = fitted(c.omega, c.damping[:, 2:, 2:], apart[:, 2:, 2:], buoy.memory_order)
+        plane = fitted(c.omega, c.damping[:, :2, :2] * pair, apart[:, :2, :2] * pair, buoy.memory_order)
+    except ValueError as error:
+        raise InputError(f"buoy.potential_flow: {error}.") from None
+    return heave, plane
+
+
+def plane_and_heave(scene: Scene, buoy: Buoy) -> Callable[[complex], Array]:
+    """Function omega -> K(iw) of the states (3, 3) for (surge, lean, heave); omega may be complex."""
+    heave, plane = states_of(scene, buoy)
+    size, found = np.array([1.0, shape_of(buoy).height]), np.zeros((3, 3), dtype=complex)
+
+    def at(omega: complex) -> Array:
+        found[:2, :2] = plane.at(omega) * np.outer(size, size)
+        found[2:, 2:] = heave.at(omega)
+        return found.copy()
+
+    return at
+
+
+def modes_of_five(heave: States, plane: States, size: float) -> tuple[Array, Array, Array]:
+    """rate (n,), into (n, 5), out (n, 5) of the five velocities, from heave's and those of (surge, size x lean)."""
+    rates, intos, outs = [heave.rate], [np.zeros((len(heave.rate), 5), complex)], []
+    intos[0][:, HEAVE] = heave.into
+    outs.append(np.zeros_like(intos[0]))
+    outs[0][:, HEAVE] = heave.out.T
+    for places in PLANES:
+        rates.append(plane.rate)
+        for found, values in ((intos, plane.into), (outs, plane.out.T)):
+            found.append(np.zeros((len(plane.rate), 5), complex))
+            found[-1][:, places] = values * [1.0, size]
+    return np.concatenate(rates), np.concatenate(intos), np.concatenate(outs)
+
+
+def diffraction_at(c: Coefficients, omega: Array) -> Array:
+    """Diffraction (..., 3) per metre at frequencies from 0 on, above those of the file as at its highest."""
+    known = np.concatenate([np.zeros((1, 3)), c.force])
+    return np.asarray(CubicSpline(np.append(0.0, c.omega), known)(np.minimum(omega, c.omega[-1])))

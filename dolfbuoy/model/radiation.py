@@ -1,0 +1,134 @@
+"""Radiation and diffraction of a buoy in time, by the coefficients of `potential_flow` (`forms.radiation`).
+
+A step eliminates the memory.  With the scheme's rate z_t = gamma z + h of z_t = rate z + into . v,
+
+    z = (into . v - h)/(gamma - rate),    F = -Re(out z) = force - damping v
+
+which is affine in the unknowns: no unknown, no multiplier.  z has a past like all that evolves, so that retried and
+adaptive steps, checkpoints and the companions of a run have it too.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..solver import compat
+from ..solver.c_code import address, core
+from ..solver.system import System
+from ..solver.unknowns import array_of
+from ..solver.vector_ops import Work, work
+from . import Array
+from .airy import AirySum
+from .interface import Evolution
+from .potential_flow import coefficients_of, diffraction_at, modes_of_five, states_of
+from .rigid import shape_of
+
+if TYPE_CHECKING:
+    from .buoy import Buoy
+
+
+class Memory(Evolution):
+    """Memory of the waves that a buoy has made, without unknowns: what a step leaves of it is constants of the forms.
+
+    c: constants `damping` (5, 5) and `force` (5).  The numbers of the states are real and imaginary part of each mode.
+    """
+
+    def __init__(self, buoy: "Buoy", c: Any) -> None:
+        self.buoy, self.c = buoy, c
+        self._modes = {name: np.zeros((0, 2)) for name in ("rate", "into", "out")}
+        self.change()
+        self._states = np.zeros(2 * len(self._modes["rate"]))
+        gamma, history = compat.constant(buoy.mesh, 0.0), compat.constant(buoy.mesh, np.zeros(self.size))
+        super().__init__(buoy.part, [(gamma, history)], False, [np.full(self.size, np.inf)])
+
+    def change(self) -> None:
+        """Take the numbers of the buoy's scene."""
+        rate, into, out = modes_of_five(
+            *states_of(self.buoy.scene, self.buoy.section), shape_of(self.buoy.section).height
+        )
+        for name, values in (("rate", rate), ("into", into), ("out", out)):
+            pairs = np.stack([values.real, values.imag], axis=-1)
+            if self._modes[name].shape != pairs.shape:
+                self._modes[name] = np.zeros(pairs.shape)
+            self._modes[name][:] = pairs
+
+    @property
+    def size(self) -> int:
+        return len(self._states)
+
+    def values(self, u: Array) -> Array:
+        """As before anything has moved."""
+        return np.zeros(self.size)
+
+    def _work(self, name: str, u: Array, out: Array) -> Work:
+        (gamma, history), y = self.rates[0], self.buoy.fields.of(u[self.part.slice])
+        state = {"momentum": y.momentum, "quaternion": y.orientation, "angular_momentum": y.angular_momentum}
+        numbers = {"mass": array_of(self.buoy.M), "inertia": array_of(self.buoy.inertia)}
+        rule = {"gamma": array_of(gamma), "history": array_of(history), **self._modes, "states": out}
+        rest = {"damping": array_of(self.c.damping), "force": array_of(self.c.force)}
+        return work(name, "memory", {"modes": self.size // 2, **rule, **state, **numbers, **rest}, self)
+
+    def reader(self, u: Array, out: Array) -> Work:
+        return self._work("recall", u, out)
+
+    def handed(self, u: Array) -> list[Work]:
+        return [self._work("eliminate", u, self._states)]
+
+    def hand_out(self, level: int, gamma: float, history: Array | float) -> None:
+        """By hand there is none: linear equations have a memory of their own."""
+        for constant in (self.c.damping, self.c.force):
+            array_of(constant)[:] = 0.0
+
+
+class Diffraction:
+    """Force of the waves' components that the hull diffracts, in C before every evaluation.
+
+    c: constants `force` (5), `slope` (5, 2) and `place` (2) of the forms.
+    """
+
+    def __init__(self, buoy: "Buoy", c: Any) -> None:
+        self.buoy, self.c, self._contexts, self._kept = buoy, c, [], []
+        self._publish: Callable[[], Any] | None = None
+        self.change()
+
+    def change(self) -> None:
+        """Take the components of the buoy's scene."""
+        scene, sea = self.buoy.scene, self.buoy.sea
+        waves = AirySum.of(scene)
+        c, s = waves.cosine, waves.sine
+        surge, lean, heave = diffraction_at(coefficients_of(scene, self.buoy.section), waves.in_water).T
+        force = np.column_stack([surge * c, surge * s, heave, lean * c, lean * s])
+        force *= waves.amplitude[:, None] if sea.kinematics else 1.0
+        pairs = np.stack([force.real, force.imag], axis=-1)
+        self._kept = [np.ascontiguousarray(x) for x in (waves.wavenumber * c, waves.wavenumber * s, pairs)]
+        self._kept += [sea.phases]
+        for context in self._contexts:
+            self._fill(context)
+
+    def _fill(self, context: Any) -> None:
+        kx, ky, transfer, phases = self._kept
+        context.count, context.kx, context.ky = len(kx), address(kx), address(ky)
+        context.transfer, context.phase, context.scale = address(transfer), address(phases), self.buoy.sea.scale
+
+    def _context(self, read: Callable[[Any], Array]) -> Any:
+        context = core().ffi.new("diffraction *")
+        position = self.buoy.fields.of(read(self.buoy.state)).position
+        context.position = address(position)
+        for name, constant in vars(self.c).items():
+            setattr(context, name, address(read(constant)))
+        self._contexts.append(context)
+        self._fill(context)
+        return context
+
+    def follow(self, system: System) -> None:
+        """Before every evaluation of a System the sum is taken where its unknowns are."""
+        system.filled_by_hook(*vars(self.c).values())
+        system.hooks.add("diffract", self._context(system.numbers_of))
+
+    def publish(self) -> None:
+        """Put it into the constants for the unknowns' Function: for forms that no System evaluates."""
+        if self._publish is None:
+            self._publish = partial(core().lib.diffract, self._context(array_of), core().ffi.NULL)
+        self._publish()

@@ -1,0 +1,55 @@
+"""Radiation and diffraction of a hull of revolution by potential flow, at small tilt.
+
+Five velocities count, v = (x_C, y_C, z_C, d_x, d_y)_t: that of C, and of the axis d where it leans.  In each vertical
+plane those of C and d go together as surge and pitch do; forces on them are (F, m), of which the body has the force F
+and the torque d x m.  Their power is that of (F, m) on v, and none turns the body about its axis.
+
+    (F, m) = -A_inf v_t - int K(t - s) v(s) ds + sum of the components' diffraction
+
+Functions (coefficients, body) -> (force [N], torque about C [N m]).
+"""
+
+from typing import Any
+
+from ufl import as_vector, cross, dot
+
+from .buoy import Body
+from .kinds import Expr
+from .rotation import axis
+
+Load = tuple[Expr | None, Expr | None]
+
+
+def load(five: Expr, body: Body) -> Load:
+    """Force and torque of (F, m)."""
+    force, m = as_vector([five[i] for i in range(3)]), as_vector([five[3], five[4], 0.0])
+    return force, cross(axis(body.quaternion), m)
+
+
+def added_mass(at_once: Expr, body: Body) -> Load:
+    """-A_inf v_t; at_once: A_inf (5, 5), the added mass at infinite frequency."""
+    if body.motion is None:
+        return None, None
+    d, a = axis(body.quaternion), body.motion.acceleration
+    leaning = body.motion.acceleration_at(d) - a
+    return load(-at_once * _five(a, leaning), body)
+
+
+def memory(c: Any, body: Body) -> Load:
+    """-c.damping v + c.force, which is what a time step makes of the integral (`model.radiation`)."""
+    if body.motion is None:
+        return None, None
+    v, leaning = body.motion.velocity, cross(body.motion.angular_velocity, axis(body.quaternion))
+    return load(c.force - c.damping * _five(v, leaning), body)
+
+
+def diffraction(c: Any, body: Body) -> Load:
+    """c.force + c.slope (x - c.place): that of the waves' components at the place of C, with its slope there."""
+    if body.motion is None:
+        return None, None
+    x = as_vector([body.position[i] - c.place[i] for i in range(2)])
+    return load(c.force + dot(c.slope, x), body)
+
+
+def _five(v: Expr, leaning: Expr) -> Expr:
+    return as_vector([v[0], v[1], v[2], leaning[0], leaning[1]])
