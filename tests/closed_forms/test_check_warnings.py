@@ -4,6 +4,7 @@ Source: the same numbers by hand.
 """
 
 import math
+import re
 import subprocess
 import sys
 import time
@@ -156,6 +157,15 @@ def test_a_cable_that_would_part_after_the_end(rule, said):
     assert len(found) == said
     assert never_parted(load_scene(scene)) == found
     assert all(s.startswith("cable.fails_at.time = 5.5: is after the end of the run at 5 s, so that") for s in found)
+
+
+@pytest.mark.parametrize(("degree", "share"), [(1, 0.3), (2, 0.45)])
+def test_elements_at_the_touchdown(degree, share):
+    """At most this share of the radius of the bend there, H/w = 76.30 kN/(700 N/m) in closed form."""
+    report = check("chain-on-bed", cable__position_degree=degree, cable__tension_degree=degree - 1)
+    (remark,) = (remark for name, *_, remark in report.numbers if name == "equilibrium: elements at the touchdown")
+    most = float(re.fullmatch(r"for 1 % in the top tension (\S+) m at most", remark)[1])
+    assert most == pytest.approx(share * 76.30e3 / 700, rel=0.01)
 
 
 def test_a_lot_of_line_in_no_water_is_checked_in_bounded_time():

@@ -6,13 +6,15 @@ Source: datasets made by hand whose numbers all differ, read back from curves, b
 import json
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from dolfbuoy import api, linear_api
+from dolfbuoy import api, linear_api, load_scene
 from dolfbuoy.commands import linear, response, shared, sweep
+from dolfbuoy.commands import run as progress
 from dolfbuoy.commands import statistics as command
 from dolfbuoy.parallel.cases import duration
 from dolfbuoy.results import linear_figures, linear_record, offset_record, statistics_figures
@@ -163,6 +165,18 @@ def test_bars_of_a_sweep_are_means_and_ranges():
     np.testing.assert_allclose(means.get_xydata(), [[1, 1], [2, 2], [4, 4]])
     ends = [segment[:, 1].tolist() for segment in reach.get_segments()]
     np.testing.assert_allclose(ends, [[0.5, 3], [1, 6], [2, 12]])
+
+
+def test_how_far_a_run_is(monkeypatch):
+    """Speed against the clock, and iterations of a step in the mean."""
+    bar = progress._Bar(load_scene("driven", time__end=60.0))
+    with bar:
+        task = bar.progress.tasks[0]
+        for t, iterations in ((15.0, 2), (30.0, 4), (60.0, 6)):
+            bar.update(SimpleNamespace(t=t), iterations)
+        assert (task.completed, task.total, task.fields["newton"]) == (60.0, 60.0, 4.0)
+        assert task.elapsed > 0
+        assert task.fields["speed"] >= 60.0 / task.elapsed
 
 
 def test_how_far_a_sweep_is(told, tmp_path):

@@ -5,10 +5,12 @@ Source: the same made-up record and datasets as of test_page_numbers; a motion t
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 from chromium import CHROMIUM, browser
+from dynamics_helpers import rotation_matrix
 from made_up import ALONE, PERIOD, SCENE
 from test_page import data_of, precision_rows, unpacked
 from test_page_numbers import LATE_FRAMES, RUN, cases
@@ -101,7 +103,37 @@ def test_numbers_of_a_run(window, tmp_path, page):
         "Spectrum of tension [kN²/Hz]",
         "Spectrum of position of C [m²/Hz]",
     ]
+    arrows = [
+        [float(x) for x in re.findall(r"-?[\d.]+(?:e-\d+)?", d)]
+        for d in texts(window, "path.heading", "getAttribute('d')")
+    ]
+    assert len(arrows) == len(found["headings"]) == 4
+    for (x0, y0, x1, y1, *_), (_, direction) in zip(arrows, found["headings"], strict=True):
+        assert [x1 - x0, y0 - y1] == pytest.approx(26 * np.array(direction), abs=1e-9)  # y of SVG is downwards
     assert window.errors() == []
+
+
+def test_turns_and_waves_of_a_picture(window, tmp_path, page):
+    opened(window, tmp_path, page)
+    q4, x, axis = np.array([0.5, 0.1, -0.7, 0.5]), [1.0, -2.0, 3.0], np.array([0.6, -0.48, 0.64])
+    q4 /= np.linalg.norm(q4)
+    R, moved, matrix, about = window.run(f"""(() => {{ {_with_imports("shapes")}
+        const R = turnOf({q4.tolist()});
+        return [R, turned(R, {x}), [...placed({x}, 2, R)], upright({axis.tolist()})] }})()""")
+    assert np.array(R) == pytest.approx(rotation_matrix(q4), abs=1e-12)
+    assert moved == pytest.approx(rotation_matrix(q4) @ x)
+    assert np.reshape(matrix, (4, 4)).T[:3] == pytest.approx(np.column_stack([2 * np.array(R), x]), rel=1e-6, abs=1e-6)
+    assert np.array(about)[:, 2] == pytest.approx(axis)
+    assert np.array(about).T @ about == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(about) == pytest.approx(1.0)
+    a, kx, ky, omega, phase = [0.8, 0.3], [0.1, 0.2], [0.05, -0.3], [1.0, 1.6], [0.4, 2.0]
+    heights = window.run(f"""(() => {{ {_with_imports("sea")}
+        const waves = Object.assign(Object.create(Waves.prototype),
+            {{ amplitude: {a}, kx: {kx}, ky: {ky}, omega: {omega}, phase: {phase}, ramp: 8, count: 2 }});
+        return [...waves.heights(2.0, [1, 5], [0, 3, 4])] }})()""")
+    xs, ys = (places[..., None] for places in np.meshgrid([1, 5], [0, 3, 4], indexing="ij"))
+    eta = np.cos(xs * kx + ys * ky - 2.0 * np.array(omega) + phase) @ a
+    assert np.reshape(heights, (2, 3)) == pytest.approx(0.5 * (1 - math.cos(math.pi / 4)) * eta)
 
 
 def test_a_picture_between_frames(window, tmp_path, page):
