@@ -75,6 +75,22 @@ def test_chain():
         assert 5.3e10 < E < 6.5e10  # DNV-OS-E301: 5.4e10 to 5.6e10 less what the diameter takes, 6.4e10 with studs
 
 
+@pytest.mark.parametrize(
+    ("name", "across", "along"),
+    [
+        ("chain R4 studless 84 mm", 2.4, 1.15),
+        ("chain R4 studlink 84 mm", 2.6, 1.4),
+        ("wire 90 mm", 1.2, 0.0),
+        ("wire IWRC 90 mm", 1.8, 0.0),
+        ("polyester 160 mm", 1.6, 0.0),
+    ],
+)
+def test_drag_is_that_of_dnv(name, across, along):
+    """DNV-OS-E301, Ch. 2 Sec. 1, on the nominal diameter."""
+    found = material(name)
+    assert (found["normal_drag"], found.get("tangential_drag", 0.0)) == (across, along)
+
+
 @pytest.mark.parametrize("size", [12.0, 24.5, 80.0])
 @pytest.mark.parametrize("kind", ["wire", "polyester", "nylon", "HMPE"])
 def test_ropes_are_those_of_moorpy(kind, size):

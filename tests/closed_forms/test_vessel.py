@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from dolfbuoy import InputError, Session, load_scene, simulate, solve_static
 from dolfbuoy.model.prescribed_ends import motion_of
+from dolfbuoy.model.riding import rider_of
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
 POINTS = {"bow": [5.0, 1.0, -1.0], "stern": [-5.0, 0.0, -0.5]}
@@ -251,6 +252,15 @@ def test_in_several_waves_responses_add_up_and_lie_between_rows():
         one = in_waves(t, amplitude, k, omega, HEADING + direction, np.radians(phase), 1.0, between(period, direction))
         shift, angles = shift + one[0], angles + one[1]
     np.testing.assert_allclose(path(t), fairlead(BOW, shift, angles), rtol=0, atol=1e-9)
+
+
+def test_how_high_a_wave_lifts_a_point():
+    """Heave, and roll and pitch by their levers: y of a point for roll, x for pitch."""
+    end = load_scene(riding(REGULAR)).network.pieces[0].ends[1].top
+    _, _, heave, roll, pitch, _ = (size for size, _ in operator(8.0, 90.0))
+    lifted = 0.7 * (heave + np.radians(abs(BOW[1]) * roll + abs(BOW[0]) * pitch))
+    assert rider_of(end).rise("bow") == pytest.approx(lifted)
+    assert abs(BOW[0]) > abs(BOW[1]) > 0 != roll != pitch
 
 
 def test_a_drift_is_added_to_the_waves():

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from dolfbuoy import api, linear_api, load_scene
-from dolfbuoy.commands import linear, response, shared, sweep
+from dolfbuoy.commands import linear, response, sensitivity, shared, sweep
 from dolfbuoy.commands import run as progress
 from dolfbuoy.commands import statistics as command
 from dolfbuoy.parallel.cases import duration
@@ -115,6 +115,17 @@ def test_the_tables_of_extremes_and_how_well_they_are_known(found, told, tmp_pat
     assert largest == f"+- {100 * part / math.sqrt(RUNS - 4):.2g} %"
     assert count == f"{math.ceil(4 + (part / 0.05) ** 2)}"
     assert seconds == duration(int(count) * 15.5)
+
+
+def test_the_design_wave_against_the_seeds(told, tmp_path):
+    """What each column is, and forces in kN."""
+    numbers = {"largest": [9100.0, 3.0], "most_probable": [8800.0, 3.5], "above": [0.41, 0.7]}
+    words = {"part": ["port", ""], "unit": ["N", "m"]}
+    columns = {name: ("series", values) for name, values in (numbers | words).items()}
+    command._show_design(xr.Dataset(columns, {"series": ["tension_top", "offset"]}), tmp_path)
+    (rows,) = told[0].values()
+    assert rows[0] == ("tension top of port", "kN", "9.1", "8.8", "0.41")
+    assert rows[1] == ("offset", "m", "3", "3.5", "0.7")
 
 
 def test_figures_of_statistics(found):
@@ -267,6 +278,21 @@ def test_tables_of_a_response(told, tmp_path):
         assert small[k] == (f"{T:g}", *sizes, *pulls)
     assert row_of(told[0], "Standard deviations", "tension_top") == ("1300", "3500", "N")
     assert row_of(told[0], "Standard deviations", "pitch") == (f"{math.degrees(0.05):.4g}", "", "deg")
+
+
+def test_what_moves_the_largest_amplitude_of_a_response():
+    """In per cent for one per cent, of the size and not of a part of it."""
+    X, slope = np.array([1.0, 1.0 + 2.0j, 2.0]), np.array([0.0, 0.3 - 0.1j, 5.0])
+    parts = {"rao": X, "d_rao": slope}
+    data = {name: np.stack([x.real, x.imag], axis=-1)[None, None] for name, x in parts.items()}
+    dims = ("buoy", "motion", "period", "part")
+    variables = {"rao": (dims, data["rao"]), "d_rao": (("parameter", *dims), data["d_rao"][None])}
+    labels = {"buoy": ["left"], "motion": ["heave"], "period": [5.0, 8.0, 11.0], "part": ["real", "imaginary"]}
+    found = xr.Dataset(variables | {"parameter_value": ("parameter", [40.0])}, labels)
+    ((name, (relative,)),) = sensitivity._of_response(found, False).items()
+    size = abs(X[1])
+    assert name == "heave, 8 s"
+    assert relative == pytest.approx((X[1].conjugate() * slope[1]).real / size * 40.0 / size)
 
 
 def test_waves_of_a_response_and_of_the_runs_beside_it(call, tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ from mpi_helpers import needs_mpirun, start, start_scenes
 
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.accuracy import bars as error_bars
-from dolfbuoy.accuracy.bars import NONE, RESOLVED, SUSPECT, bars_of
+from dolfbuoy.accuracy.bars import NONE, RESOLVED, SUSPECT, Bar, bars_of
 from dolfbuoy.accuracy.companion import companion_of, covered, followed
 from dolfbuoy.accuracy.outputs import Output, numbers_of
 from dolfbuoy.accuracy.target import ENOUGH, scale_of
@@ -346,6 +346,9 @@ def test_what_an_accuracy_is_relative_to(driven):
     low = copy.copy(bars)
     low[Output("tension_top", "min", "cable")] = low[Output("tension_top", "min", "cable")]._replace(value=1.0)
     assert scale_of(Output("tension_top", "min", "cable"), low) == pytest.approx(0.2 * top["max"])
+    lean = {"max": 12.0, "min": 10.0, "mean": 11.0, "std": 0.7}
+    angle = {Output("cone_angle", number, "buoy"): Bar(value, 0.0, "resolved") for number, value in lean.items()}
+    assert {scale_of(output, angle) for output in angle} == {2.0}
 
 
 # -- of sweeps and of another program --------------------------------------------------------------------------------
