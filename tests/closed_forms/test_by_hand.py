@@ -401,6 +401,23 @@ def test_what_a_study_keeps_of_a_scene():
     assert settings.with_settings(scene, settings.space_of(scene), stepping).time.max_step == 2.0
 
 
+@pytest.mark.parametrize(
+    ("end", "step", "period", "interval"),
+    [
+        (400.0, 0.01, None, 2.0),  # 200 shapes of any run
+        (600.0, 0.01, 24.0, 1.0),  # 24 of a period
+        (600.0, 0.01, 6.0, 0.5),  # 1200 at most
+        (10.0, 0.01, 24.0, 0.05),
+        (10.0, 0.1, 24.0, 0.1),
+    ],
+)
+def test_shapes_are_as_dense_as_a_replay_needs(end, step, period, interval):
+    moved = {"kind": "prescribed", "amplitude": [0, 0, 1], "period": period, "position": [0, 0, -12.0]}
+    time = {"end": end, "step": step, "scheme": "bdf2"}
+    scene = load_scene({"cable": CABLE | (HELD if period is None else {"top": moved}), "time": time})
+    assert settings.frame_interval(scene) == pytest.approx(interval)
+
+
 def test_the_main_period_of_a_sea():
     scene = {"sea": SEA, "cable": CABLE | HELD}
     components = [[1.0, 9.0, 0.0, 0.0], [2.0, 5.0, 0.0, 0.0]]

@@ -44,7 +44,7 @@ def data_of(page):
 
 @pytest.fixture(scope="module")
 def record():
-    return simulate("short")
+    return simulate("short", waves__phase_deg=25.0)
 
 
 @pytest.fixture(scope="module")
