@@ -5,8 +5,10 @@ Source: runs of another pair and scheme, many times finer; powers; shares that a
 
 import json
 import math
+from types import SimpleNamespace
 
 import pytest
+import xarray as xr
 from alone import simulate
 
 from dolfbuoy import load_scene
@@ -135,6 +137,31 @@ def test_a_finer_run_of_a_long_one_is_compared_where_it_is():
     found = cheapest._verified(scene)
     assert covered(scene) == 30.0
     assert 0.02 < cheapest._by_a_finer_run(found) < 4 * found.worst
+
+
+@pytest.mark.parametrize(
+    ("scheme", "slack", "times"),
+    [("bdf2", "compressive", 4.0), ("backward-euler", "compressive", 2.5), ("bdf2", "tension-only", 2.5)],
+)
+def test_what_a_finer_run_leaves_of_an_error(scheme, slack, times, monkeypatch):
+    """A quarter of one of second order; of first order, or where lines go slack, more."""
+    scene = load_scene("driven", time__end=15.0, time__scheme=scheme, cable__slack=slack)
+    monkeypatch.setattr(cheapest, "tried", lambda scene: None)
+    monkeypatch.setattr(cheapest, "judged", lambda *arguments: SimpleNamespace(worst=0.1))
+    found = SimpleNamespace(scene=cheapest.requested(scene, ["tension_top.max"], 0.01), record=None)
+    assert cheapest._by_a_finer_run(found) == pytest.approx(times * 0.1)
+
+
+def test_seconds_that_a_pilot_predicts():
+    """Newton's iterations and one more in every step, at what one of these takes with so many elements."""
+    pilot = Pilot(cheapest.requested(load_scene("driven", time__end=60.0), ["tension_top.max"], 0.01), 0.01)
+    for step, steps, iterations, seconds in ((0.2, 50, 50, 9.0), (0.1, 100, 300, 8.0)):
+        newton = xr.DataArray([0.0] + [iterations / steps] * steps, dims="time")
+        record = xr.Dataset({"newton_iterations": newton}, attrs={"loop_seconds": seconds})
+        pilot._note(record, Space(2, 1, 10), step, "bdf2")
+    one = 8.0 / 400  # of the latest run with these elements
+    for step, work in ((0.2, 2.0), (0.15, 3.0), (0.1, 4.0)):
+        assert pilot.seconds(Space(2, 1, 10), "bdf2", step) == pytest.approx(60.0 / step * work * one)
 
 
 def test_outputs_that_are_not_there_are_refused_before_anything_runs():
