@@ -76,6 +76,25 @@ def test_safety_factors(record):
         assert (one.value, one.met) == (pytest.approx(expected), expected <= 1)
 
 
+def test_what_comes_in_the_ramp_does_not_count(record):
+    """Nor before another beginning that is named."""
+    early = np.where(record.time < 1.0, 5.0, np.where(record.time < 1.5, 2.0, 1.0))
+    scene = load_scene(RUN | {"criteria": {"largest_offset": 3.0}}, waves__ramp=1.0)
+    made = made_up(record, offset=early)
+    assert [one.value for start in (None, 0.0, 1.5) for one in verdicts(made, scene, start)] == [2.0, 5.0, 1.0]
+
+
+def test_the_bar_of_a_safety_factor_is_that_of_its_inverse(record):
+    (part,) = record.segment.values.tolist()
+    of = {"output": ("output", ["utilisation.max"]), "output_of": ("output", [part])}
+    bar = {"bar": ("output", [0.03]), "bar_verdict": ("output", ["resolved"])}
+    made = made_up(record, utilisation=0.6).assign(bar).assign_coords(of)
+    (own,) = judged(made, safety_factor=1.7)
+    assert own.bar == pytest.approx(abs(1 / 0.63 - 1 / 0.57) / 2, rel=0.01)
+    (use,) = judged(made, safety="DNV")
+    assert use.bar == pytest.approx(1.5 * 0.03 / 0.95)
+
+
 @shows("criteria.largest_offset", "criteria.largest_lean_deg", "criteria.least_freeboard", "criteria.no_uplift")
 @shows("criteria.largest_anchor_force", "criteria.limits")
 def test_each_criterion_is_of_its_number(record):

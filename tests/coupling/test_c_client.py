@@ -146,9 +146,10 @@ def test_a_client_has_all_that_is_driven_in_one_array():
     assert client.sizes() == (10, 9)
     x = client.places()
     np.testing.assert_array_equal(x[7:], [0, 0, -20])
-    client.step(x + [0, 0, 0.01, *7 * [0]], np.array([0, 0, 0.5, *6 * [0]]), 0.02)
+    client.step(x + [0, 0, 0.01, *7 * [0]], np.array([0, 0, 0.5, 0, 0, 0, 0, 0, 0.2]), 0.02)
     s = client.session
     np.testing.assert_allclose(s.state("buoy").velocity, [0, 0, 0.5], atol=1e-12)
+    np.testing.assert_array_equal(s.paths["cable.from"].end[2], [0, 0, 0.2])
     np.testing.assert_array_equal(client.forces()[:3], s.pulls("buoy").force)
     np.testing.assert_array_equal(client.forces()[6:], s.pull("cable.from"))
     np.testing.assert_array_equal(client.values("buoy_position", 3), x[:3] + [0, 0, 0.01])
