@@ -230,10 +230,11 @@ def test_growth_of_all_elements_on_a_metre():
 
 @pytest.mark.parametrize(("end", "largest"), [(500.0, 50.0), (4.0, 1.0), (1e5, 100.0)])
 def test_the_largest_step_of_a_run_that_adapts(end, largest):
-    """100 steps, a tenth of the run at most, but not less than the first one."""
+    """100 steps, a tenth of the run at most, not less than the first; the smallest is its ten thousandth."""
     time = {"end": end, "step": 1.0, "scheme": "bdf2", "tolerance": 1e-3}
     run = Fake(scene=load_scene({"cable": CABLE | HELD, "time": time}), scheme=Fake(order=2))
-    assert Simulation._make_control(run).largest == largest
+    control = Simulation._make_control(run)
+    assert (control.largest, control.smallest) == (largest, 1e-4)
 
 
 @pytest.mark.parametrize(("lying", "pushed"), [(5.0, True), (0.0, False)])
@@ -284,6 +285,10 @@ def test_steps_where_a_tension_jumps():
     for step, change in ((1.0, 1.0), (1.0, 3.0), (0.5, 1.5), (0.5, 0.9)):
         found.append((control.judge(step, (change, 10.0)), control.step, control.restart))
     assert found == [(True, 1.0, False), (False, 0.5, True), (True, 0.5, False), (True, 1.0, True)]
+    jumping, refused = JumpControl(1.0), 0
+    while not jumping.judge(jumping.step, (9.0, 10.0)):
+        refused += 1
+    assert (refused, jumping.rejected) == (6, 6)  # down to a 64th, which counts whatever it changes
 
 
 def test_work_at_ends_that_are_pulled_or_moved():

@@ -14,7 +14,7 @@ from every_key import shows
 import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.page.run_page import run_page
-from dolfbuoy.results.criteria import Verdict, governing, verdicts
+from dolfbuoy.results.criteria import Verdict, governing, never_met, verdicts
 from dolfbuoy.results.summary import warnings
 from dolfbuoy.studies.sweep import sweep
 
@@ -132,6 +132,10 @@ def test_what_is_missed_is_told_everywhere(record, tmp_path, call):
     scene = load_scene(RUN | {"criteria": {"largest_offset": 1.0}})
     said = [s for s in warnings(record, scene) if s.startswith("Criterion not met: offset, buoy: ")]
     assert len(said) == 1
+    value, sign = float(record.offset.max()), judged(record, largest_offset=1.0)[0].says.partition(", ")[2]
+    assert said[0].endswith(f"{value:.5g} m, at most 1 m ({sign}).")
+    (low,), least = never_met(judged(record, least_freeboard=50.0)), float(record.freeboard.min())
+    assert low.startswith(f"Criterion not met: freeboard, buoy: {least:.5g} m, at least 50 m (")
     page = run_page(record, scene)
     assert '<th scope="row">offset</th><td>buoy</td>' in page
     found = dolfbuoy.check(scene)

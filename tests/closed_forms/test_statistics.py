@@ -26,6 +26,7 @@ from dolfbuoy.results.sample import NUMBERS, Fatigue, binned, sample_of
 from dolfbuoy.results.series import Series, described
 from dolfbuoy.results.statistics import exceedance
 from dolfbuoy.scene.waves import Waves
+from dolfbuoy.studies.one_case import BINS
 
 # -- cycles ----------------------------------------------------------------------------------------------------------
 
@@ -75,6 +76,7 @@ def test_bins_lose_what_they_say(exponent):
         lost = 1 - np.sum(counts * values**exponent) / exact
         widest = (ranges.max() / np.median(np.repeat(ranges, 1))) ** 2  # what counts most lies above the median
         assert 0 < lost < exponent * (exponent - 1) / 24 / bins**2 * widest
+    assert exponent * (exponent - 1) / 24 / BINS**2 < 1e-3  # of the cases of a sweep
     assert binned(ranges, ranges, len(ranges))[0] is ranges
     halves = np.where(ranges > 2, 0.5, 1.0)
     values, counts = binned(ranges, halves, 32)

@@ -120,6 +120,8 @@ def test_richardson_is_exact_for_powers():
     assert compare.own_error([3 / 4, 3 / 16]) == pytest.approx(1 / 16)
     assert compare.own_error([3 / 16]) == pytest.approx(1 / 16)
     assert compare.own_error([1 / 2, 1 / 4]) == pytest.approx(1 / 4)
+    assert compare.own_error([1 / 2], highest=1.0) == pytest.approx(1 / 2)  # of a scheme of first order
+    assert compare.own_error([3 / 4, 3 / 16], highest=1.0) == pytest.approx(3 / 16)
     assert compare.own_error([1.0, 1.0]) == pytest.approx(1.0)  # no order: nothing is gained
 
 
