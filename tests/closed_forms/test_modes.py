@@ -10,10 +10,12 @@ import pytest
 from alone import modes
 from helpers import rates, reference
 from mpi4py import MPI
+from scipy.sparse import csr_matrix
 
 from dolfbuoy import load_scene
 from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.linear.natural import lowest_modes
+from dolfbuoy.solver.quadratic import Quadratic
 from dolfbuoy.statics import catenary
 
 CASES = reference("modes")
@@ -195,3 +197,14 @@ def test_heave_on_a_short_stiff_line_is_found_among_much_stiffer_modes():
     found = modes({"cable": cable, "buoy": buoy, "external_force": push}, 6)
     expected = np.sqrt(EA / (mass + 1 / 3))
     assert np.abs(found.omega.values - expected).min() < 1e-5 * expected
+
+
+def test_backward_errors_of_pairs_by_hand():
+    """|(K + lambda E + lambda^2 M) x| over the sum of the terms' sizes times |x|."""
+    rng = np.random.default_rng(0)
+    problem = Quadratic(MPI.COMM_SELF, *(csr_matrix(rng.normal(size=(4, 4))) for _ in range(3)), 1.0)
+    root, x = 0.3 + 5j, rng.normal(size=(4, 1)) + 1j * rng.normal(size=(4, 1))
+    K, E, M = (matrix.toarray() for matrix in (problem.K, problem.E, problem.M))
+    sizes = np.linalg.norm(K) + abs(root) * np.linalg.norm(E) + abs(root) ** 2 * np.linalg.norm(M)
+    expected = np.linalg.norm((K + root * E + root**2 * M) @ x) / (sizes * np.linalg.norm(x))
+    assert problem.residuals(np.array([root]), x) == pytest.approx(expected, rel=1e-12)
