@@ -17,6 +17,7 @@ from ..scene.stream import STEEPEST as STEEPEST_WAVE
 from ..scene.waves import Waves
 from .buoys import Upright
 from .lines import Line
+from .radiation import of_radiation
 
 if TYPE_CHECKING:
     from .report import Report
@@ -220,5 +221,7 @@ def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report"
         inertia = buoy.mass.mass + b.axial_added_mass * buoy.density * spheres
         critical = 2 * math.sqrt(floating.heave_stiffness * inertia)
         of = f"of axial_drag{' and wave_damping' if b.wave_damping else ''}"
-        remark = f"{of}, for heave as high as this wave; the hull radiates no waves"
-        report.add("heave damping ratio", linear / critical if critical else math.inf, "", remark)
+        remark = f"{of}, for heave as high as this wave{'' if b.wave_damping else '; the hull radiates no waves'}"
+        ratio = linear / critical if critical else math.inf
+        report.add("heave damping ratio", ratio, "", remark)
+        of_radiation(scene, wave, ratio, buoy, report)

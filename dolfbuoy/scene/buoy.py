@@ -1,9 +1,10 @@
 """The section [buoy], and those of what acts on a buoy alone."""
 
 import itertools
-from typing import Annotated, Self
+from collections.abc import Callable
+from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, WrapValidator, model_validator
 
 from . import quantities as q
 from .potential_flow import PotentialFlow, potential_flow_of
@@ -58,6 +59,31 @@ class PointMass(Section):
     height: q.Height = key("height above the keel", "m")
 
 
+#: Shapes by whose name coefficients may be given, and the word for the damping of the waves that a hull makes.
+SHAPES, RADIATION = ("disc", "cylinder", "spar"), ("radiation",)
+
+
+def _or_words(words: tuple[str, ...], schema: dict[str, Any]) -> tuple[Any, ...]:
+    """Validators of a key that takes one of some words too; schema: of its other values."""
+
+    def check(value: Any, handler: Callable[[Any], Any]) -> Any:
+        if isinstance(value, str) and value not in words:
+            raise ValueError(
+                f"must be {'numbers' if schema['type'] == 'array' else 'a number'}, or {' | '.join(words)}"
+            )
+        return value if isinstance(value, str) else handler(value)
+
+    both = WithJsonSchema({"anyOf": [schema, {"enum": list(words)}]})
+    return WrapValidator(check), PlainSerializer(lambda value: value, return_type=Any), both
+
+
+_number = {"type": "number", "minimum": 0.0, "maximum": 1e4}
+Added = Annotated[q.AddedMass, *_or_words(SHAPES, _number | {"minimum": -1e4})]
+ByShape = Annotated[q.Coefficient, *_or_words(SHAPES, _number)]
+_dampings = {"type": "array", "items": _number | {"maximum": 1e12}}
+WaveDamping = Annotated[list[q.Damping], *_or_words(RADIATION, _dampings)]
+
+
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
@@ -78,23 +104,25 @@ class Buoy(Section):
     fairleads: dict[q.Name, q.Vector] | None = key(
         "named attachment points {NAME = [x, y, z], ...} in the body frame, from the keel", "m", default=None
     )
-    added_mass: q.AddedMass = key(
-        "transverse added-mass coefficient C_A = C_M - 1, on the displaced mass", "1", default=0.0
+    added_mass: Added = key(
+        "transverse added-mass coefficient C_A = C_M - 1, on the displaced mass, or a shape", "1", default=0.0
     )
     normal_drag: q.Coefficient = key("transverse drag coefficient", "1", default=0.0)
-    axial_added_mass: q.Coefficient = key(
-        "axial added-mass coefficient of end discs, steps and cones; 1: half a sphere of water per face",
+    axial_added_mass: ByShape = key(
+        "axial added-mass coefficient of faces, or a shape; 1: half a sphere of water per face",
         "1",
         default=0.0,
     )
     axial_drag: q.Coefficient = key("axial drag coefficient, on the projected area of these faces", "1", default=0.0)
-    rotational_added_mass: q.Coefficient = key(
-        "rotational added-mass coefficient of these faces about a diameter; 1: 8/45 rho R^5 per disc face",
+    rotational_added_mass: ByShape = key(
+        "rotational added-mass coefficient of faces, or a shape; 1: 8/45 rho R^5 per disc face",
         "1",
         default=0.0,
     )
-    wave_damping: list[q.Damping] | None = key(
-        "linear radiation damping [heave, pitch], on the velocity relative to the water", "N s/m, N m s", default=None
+    wave_damping: WaveDamping | None = key(
+        "radiation damping [heave, pitch], on the velocity relative to the water, or 'radiation'",
+        "N s/m, N m s",
+        default=None,
     )
     disk_averages: bool = key("average the wave kinematics over the hull's cross-sections (short waves)", default=False)
     potential_flow: Annotated[PotentialFlow, BeforeValidator(potential_flow_of)] | None = key(
@@ -132,7 +160,10 @@ class Buoy(Section):
             if largest > sum(others) * (1 + 1e-9):
                 allowed = "is of no body: about each axis at most the sum of the others, A + B >= C, of the moments"
                 raise Wrong("inertia", self.inertia, f"{allowed} {moments}")
-        if self.wave_damping is not None and len(self.wave_damping) != 2:
+        named = any(isinstance(value, str) for value in (self.added_mass, self.axial_added_mass, self.wave_damping))
+        if self.hull is None and (named or isinstance(self.rotational_added_mass, str)):
+            raise Missing("hull", "coefficients by a shape are of a hull")
+        if self.wave_damping is not None and not isinstance(self.wave_damping, str) and len(self.wave_damping) != 2:
             raise Wrong("wave_damping", self.wave_damping, "must be two numbers, [heave, pitch]")
         if self.potential_flow is not None:
             self.refuse(HAS_THEM, "goes without potential_flow, which has it: it would count twice")

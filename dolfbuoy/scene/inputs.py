@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from .section import Section, unit_of
 from .sections import Scene
+from .shapes import BY_SHAPE, SOURCE
 
 #: Keys on top that a page or report has in its heading.
 OF_REPORTS = ("title", "project", "author", "revision")
@@ -23,7 +24,18 @@ class Input(NamedTuple):
 
 def inputs_of(scene: Scene) -> list[Input]:
     """The values of a scene that differ from their defaults, in the order of the scene file."""
-    return list(_within(scene, ""))
+    return [*_within(scene, ""), *_by_shape(scene)]
+
+
+def _by_shape(scene: Scene) -> Iterator[Input]:
+    """Numbers of coefficients that are given by a shape, with their source."""
+    for given, buoy in zip(scene.buoys, scene.network.buoys.values(), strict=True):
+        for name in (*BY_SHAPE, "wave_damping"):
+            if isinstance(getattr(given, name), str):
+                unit = unit_of(type(buoy).model_fields[name])
+                value = _text([float(f"{x:.4g}") for x in buoy.wave_damping or ()]) if unit != "1" else ""
+                text = value or _text(float(f"{getattr(buoy, name):.4g}"))
+                yield Input("buoy", f"{name.replace('_', ' ')}: {SOURCE}", text, "" if unit == "1" else unit)
 
 
 def _within(section: Section, path: str) -> Iterator[Input]:

@@ -17,6 +17,7 @@ from .library import FORMS
 from .lines import PHYSICAL, SHARED, SIZE, Body, Line, Material, Segment
 from .quantities import Missing, Wrong
 from .section import Section, unit_of
+from .shapes import by_shape
 
 if TYPE_CHECKING:
     from .sections import Scene
@@ -235,7 +236,8 @@ class _Resolver:
         buoys, alone, start = {}, len(self.buoys) == 1, type(self.scene.initial).model_construct()
         for name, buoy in self.buoys.items():
             own = {key: getattr(buoy, key) or (getattr(self.scene, key) if alone else None) for key in OWN}
-            buoys[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
+            buoy = buoy.model_copy(update=own | {"initial": own["initial"] or start})
+            buoys[name] = by_shape(self.scene, buoy, _key_of("buoy", self.buoys, name))
         welds = frozenset(self.welds)
         return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys, welds, take_offs)
 
