@@ -24,6 +24,7 @@ from .fatigue import of_fatigue
 from .lines import lines_at_rest, lines_of, of_lines
 from .radiation import of_shapes
 from .waves import in_waves
+from .weather import of_weather
 
 #: Part of its range by which a motion along rows may go beyond them without a warning.
 OVERSHOOT = 0.01
@@ -92,6 +93,7 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
     for name, material in (scene.material or {}).items():
         if material.source is not None:
             report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
+    of_weather(scene, report)
     in_waves(scene, lines_of(network), buoys, report)
     return report
 

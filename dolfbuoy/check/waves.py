@@ -40,7 +40,7 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
     highest = 2 * wave.size
     if wave.irregular:
         highest = 2 * _sea(scene, wave, sea.depth, buoys, report)
-    if scene.current:
+    if scene.current and not scene.current.grid:
         _shift(scene, wave, report)
     if wave.irregular:  # from here on a regular wave of Hs and the main period
         kept = {name: getattr(wave, name) for name in ("direction_deg", "period_seen_from")}

@@ -16,7 +16,7 @@ from ..scene import Scene
 from ..solver import compat
 from ..solver.fields import Fields
 from ..solver.system import System
-from ..solver.unknowns import Block, Part
+from ..solver.unknowns import Block, Part, array_of
 from ..solver.vector_ops import Work, work
 from . import effects
 from .attachment import Attachment
@@ -26,6 +26,7 @@ from .numbers import Numbers
 from .radiation import Diffraction, Memory
 from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from .sea import SeaState
+from .varying import force_over_time, seed_of, varies, wind_over_time
 from .wet_hull import SUBMERGED, WetHull, add, add_forms
 
 #: State in motion, (r_C, p, q_4, L_C), and at rest; in statics |q_4| = 1 and the torques are the rows of the latter.
@@ -273,7 +274,7 @@ class Buoy(Model):
         return [*found, *(one for one in (self.spin, self.memory_of_waves) if one is not None)]
 
     def clock(self, time: np.ndarray, u: np.ndarray) -> list:
-        found, motion, state = super().clock(time, u), self.motion, u[self.part.slice]
+        found, motion, state = [*super().clock(time, u), *self._weather(time)], self.motion, u[self.part.slice]
         if motion is None:
             return found
 
@@ -282,6 +283,23 @@ class Buoy(Model):
                 state[:] = self.moving_state(*place)
 
         return [*found, move]
+
+    def _weather(self, time):
+        """Functions that bring wind and force that change to time[0]; gusts blow in motion only."""
+        found, constants = [], {effect.key: c for effect, c in self._body_terms}
+        wind, force = self.section.wind, self.section.external_force
+        if wind is not None and varies(wind):
+            c, seed = constants["wind"], seed_of(self.scene, wind) if self.dynamic else None
+            speed, direction, blows = array_of(c.speed), array_of(c.direction), wind_over_time(wind, seed)
+
+            def blow() -> None:
+                speed[0], direction[:] = blows(time.item())
+
+            found.append(blow)
+        if force is not None and varies(force):
+            value, pulls = array_of(constants["external_force"].force), force_over_time(force)
+            found.append(lambda: value.__setitem__(slice(None), pulls(time.item())))
+        return found
 
     def begin(self, u: np.ndarray) -> None:
         self.memory["quaternion_drift"][:] = 0.0

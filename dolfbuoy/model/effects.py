@@ -16,8 +16,8 @@ from ..scene import Scene
 from .effect import Drawn, Effect
 from .potential_flow import coefficients_of, on_five
 from .rigid import axis_offset
-from .sea import heading
 from .surfacing import surfacing
+from .varying import force_over_time, wind_over_time
 
 #: Where an end stop is that there is not [m].
 FAR = 1e9
@@ -188,11 +188,11 @@ EFFECTS: list[Effect] = [
         body=wind.wind_load,
         looks_at=lambda buoy: buoy.wind.height,
         numbers={
-            "speed": lambda _, buoy: buoy.wind.speed_10m,
+            "speed": lambda _, buoy: wind_over_time(buoy.wind, None)(0.0)[0],
             "drag_coefficient": lambda _, buoy: buoy.wind.drag_coefficient,
             "air_density": lambda _, buoy: buoy.wind.air_density,
             "area": lambda _, buoy: buoy.wind.area,
-            "direction": lambda _, buoy: heading(buoy.wind.direction_deg),
+            "direction": lambda _, buoy: wind_over_time(buoy.wind, None)(0.0)[1],
             "offset": lambda _, buoy: axis_offset(buoy, buoy.wind.height),
         },
         drawn={
@@ -209,7 +209,7 @@ EFFECTS: list[Effect] = [
         neutral=None,
         body=buoy.external_force,
         numbers={
-            "force": lambda _, buoy: np.array(buoy.external_force.force),
+            "force": lambda _, buoy: force_over_time(buoy.external_force)(0.0),
             "offset": lambda _, buoy: (
                 None if buoy.external_force.height is None else axis_offset(buoy, buoy.external_force.height)
             ),

@@ -18,6 +18,8 @@ from ..solver.unknowns import array_of
 from .airy import AirySum, Propagation, components_of, current_speed, propagation, stream_wave
 from .kinematics import Kinematics
 from .numbers import Numbers
+from .varying import direction_over_time, grid_of, varies, velocity_over_time, wind_over_time
+from .varying import heading as heading
 
 
 def main_propagation(scene: Scene) -> Propagation:
@@ -28,15 +30,6 @@ def main_propagation(scene: Scene) -> Propagation:
 def wavenumber(scene: Scene) -> float:
     """k of the scene's wave: 2 pi / wavelength if that is given, else from dispersion; of the main period of a sea."""
     return main_propagation(scene).wavenumber
-
-
-def heading(direction_deg: float) -> np.ndarray:
-    """Horizontal unit vector, degrees from x towards y; exact at multiples of 90."""
-    quarter, rest = divmod(direction_deg, 90)
-    c, s = (math.cos(math.radians(rest)), math.sin(math.radians(rest))) if rest else (1.0, 0.0)
-    for _ in range(int(quarter) % 4):
-        c, s = -s, c
-    return np.array([c, s, 0.0])
 
 
 def crest_height(scene: Scene) -> float:
@@ -57,23 +50,37 @@ def velocity_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
     """Velocity (..., 3) of a scene's undisturbed water in numbers [m/s] at points (..., 3)."""
     points = np.asarray(points, dtype=float)
     velocity = AirySum.of(scene).flow(t, points)[0] if scene.waves else np.zeros(points.shape)
-    if scene.current:
+    if scene.current and scene.current.grid:
+        grid = grid_of(scene)
+        stream = grid(t)
+        velocity = velocity + np.stack([np.interp(points[..., 2], grid.z, stream[:, i]) for i in range(3)], axis=-1)
+    elif scene.current:
         speed = current_speed(scene, points[..., 2], least=1e-3)
-        velocity = velocity + speed[..., None] * heading(scene.current.direction_deg)
+        velocity = velocity + speed[..., None] * direction_over_time(scene.current)(t)
     return velocity
+
+
+def strongest(scene: Scene) -> np.ndarray:
+    """The fastest velocity of a scene's current at t = 0, zero without one [m/s]."""
+    if scene.current is None or scene.sea is None:
+        return np.zeros(3)
+    heights = np.linspace(-scene.sea.depth, 0.0, 50)
+    found = velocity_at(scene.model_copy(update={"waves": None}), 0.0, heights[:, None] * [0.0, 0.0, 1.0])
+    return np.asarray(found[np.linalg.norm(found, axis=1).argmax()])
 
 
 def wind_at(w: Wind, height: float) -> np.ndarray:
     """Force of a section [wind] at a height over the water, Eq. (2) [N]."""
-    size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, w.speed_10m, w.drag_coefficient, w.air_density, w.area)
-    return size.evaluate(None, {}, (), {}) * heading(w.direction_deg)  # calling it differentiates first: 30 ms
+    speed, direction = wind_over_time(w, None)(0.0)
+    size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, speed, w.drag_coefficient, w.air_density, w.area)
+    return size.evaluate(None, {}, (), {}) * direction  # calling it differentiates first: 30 ms
 
 
 class SeaState:
     """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form."""
 
     def __init__(self, mesh: Any, scene: Scene, with_waves: bool = True):
-        self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
+        self._mesh, self._numbers, self._speeds, self._moving = mesh, Numbers(mesh, scene), [], []
         self.kinematics = self._publish = None  #: of waves that are summed
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
         self.wave = self.current = None
@@ -108,13 +115,21 @@ class SeaState:
 
     def _current(self):
         profile, number, speed = self.scene.current.profile, self._number, self._speed
+        if self.scene.current.grid:
+            z = number(lambda scene: grid_of(scene).z)
+            heights = range(len(grid_of(self.scene).z))
+            streams = [speed(lambda scene, i=i: grid_of(scene)(0.0)[i]) for i in heights]
+            self._moving.append((streams, grid_of))
+            return sea.tabulated_current(1.0, [z[i] for i in heights], streams)
         if isinstance(profile, list):
-            direction = number(lambda scene: heading(scene.current.direction_deg))
+            direction = number(lambda scene: direction_over_time(scene.current)(0.0))
+            self._moving.append(([direction], lambda scene: direction_over_time(scene.current)))
             z = number(lambda scene: np.array([z for z, _ in scene.current.profile]))
             speeds = speed(lambda scene: np.array([speed for _, speed in scene.current.profile]))
             rows = range(len(profile))
             return sea.tabulated_current(direction, [z[i] for i in rows], [speeds[i] for i in rows])
-        velocity = speed(lambda scene: scene.current.speed * heading(scene.current.direction_deg))
+        velocity = speed(lambda scene: velocity_over_time(scene.current)(0.0))
+        self._moving.append(([velocity], lambda scene: velocity_over_time(scene.current)))
         if profile == "uniform":
             return sea.uniform_current(velocity)
         depth, exponent = number(lambda scene: scene.sea.depth), number(lambda scene: scene.current.exponent)
@@ -124,14 +139,27 @@ class SeaState:
         return self._numbers.constant(lambda scene, _: get(scene))
 
     def _speed(self, get):
-        """A Constant that carries the current's speed."""
+        """A Constant that carries the current's speed, at t = 0."""
         self._speeds.append((self._number(get), get))
         return self._speeds[-1][0]
 
     def scale_current(self, factor: float) -> None:
-        """Scale the current (for continuation in statics)."""
+        """Scale the current at t = 0 (for continuation in statics)."""
         for constant, full in self._speeds:
             constant.value = factor * full(self.scene)
+
+    def _stream(self, time: np.ndarray) -> list[Callable]:
+        """Functions that bring a current that changes to time[0]."""
+        if self.scene.current is None or not varies(self.scene.current):
+            return []
+        moving = [([array_of(constant) for constant in several], get(self.scene)) for several, get in self._moving]
+
+        def flow() -> None:
+            for arrays, get in moving:
+                for array, values in zip(arrays, np.reshape(get(time.item()), (len(arrays), -1)), strict=True):
+                    array[:] = values
+
+        return [flow]
 
     @property
     def has_waves(self) -> bool:
@@ -161,16 +189,17 @@ class SeaState:
             self._publish()
 
     def clock(self, time: np.ndarray) -> list[Callable]:
-        """Functions that bring the waves' phases and ramp to time[0], with the numbers of the scene at hand."""
+        """Functions that bring waves and current to time[0], with the numbers of the scene at hand."""
+        stream = self._stream(time)
         if self.kinematics is not None:
-            return [lambda: self.kinematics.set_time(time.item())]
+            return [*stream, lambda: self.kinematics.set_time(time.item())]
         if self.wave is None:
-            return []
+            return stream
         waves = self.scene.waves
         amplitude, time_phase = self._numbers_of_wave
         numbers = {"size": waves.size, "ramp": waves.ramp, "phase": math.radians(waves.phase_deg)}
         numbers |= {"frequency": main_propagation(self.scene).at_ground, "amplitude": amplitude}
-        return [vector_ops.work("advance_wave", "wave", {"t": time, **numbers, "time_phase": time_phase})]
+        return [*stream, vector_ops.work("advance_wave", "wave", {"t": time, **numbers, "time_phase": time_phase})]
 
     @property
     def phases(self) -> np.ndarray:

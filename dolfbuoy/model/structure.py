@@ -24,6 +24,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
     profile = scene.current.profile if scene.current else None
     return (
         len(profile) if isinstance(profile, list) else profile,
+        len({row[1] for row in (scene.current and scene.current.grid) or []}),
         waves and (waves.summed, waves.theory, waves.stretching),
         scene.seabed and scene.seabed.start,
         repr(scene.solver),

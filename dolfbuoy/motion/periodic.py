@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError, SolveError
+from ..model.varying import varies
 from ..scene import Scene, load_scene, settings
 from .schemes import KEPT, Predictor
 from .stepping import StepControl
@@ -52,6 +53,10 @@ def period_of_cycle(scene: Scene) -> float:
             waves is not None and waves.period_seen_from == "water" and scene.current is not None
         ),
         "is none of an end that is towed or follows a record": any(top.velocity or top.motion for top in tops),
+        "is one of steady current, wind and force, which change over time here": any(
+            section is not None and varies(section)
+            for section in (scene.current, *(x for b in network.buoys.values() for x in (b.wind, b.external_force)))
+        ),
         "needs equal steps, without time.tolerance": scene.time.tolerance is not None,
         "is not looked for on a bed with friction, which remembers how it was reached": (
             scene.seabed is not None and scene.seabed.friction > 0

@@ -190,7 +190,9 @@ def _sea(scene: Scene) -> str:
         parts.append(f"regular waves of {2 * waves.size:g} m and {waves.main_period:g} s")
     if current is not None:
         speed = "by depth" if current.speed is None else f"of {current.speed:g} m/s"
-        parts.append(f"a current {speed} towards {current.direction_deg:g} degrees")
+        towards = "and time" if current.grid else f"towards {current.direction_deg:g} degrees"
+        changes = ", changing over time" if current.over_time else ""
+        parts.append(f"a current {speed} {towards}{changes}")
     return ", ".join(parts)
 
 

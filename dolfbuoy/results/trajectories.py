@@ -79,7 +79,8 @@ def pushes(scene: Scene, name: str | None) -> dict[str, NDArray[Any]]:
     """Horizontal directions (2,) of waves and current, and of what pushes the buoy of that name, if there is one."""
     buoy = scene.network.buoys.get(name or "")
     named = {"waves": scene.waves, "current": scene.current, "wind": buoy and buoy.wind}
-    found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
+    known = {name: section for name, section in named.items() if section and not getattr(section, "grid", None)}
+    found = {name: heading(section.direction_deg)[:2] for name, section in known.items()}
     force = np.array(buoy.external_force.force[:2] if buoy and buoy.external_force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 

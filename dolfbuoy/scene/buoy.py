@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, WrapValidator, model_validator
 
@@ -10,6 +10,7 @@ from . import quantities as q
 from .potential_flow import PotentialFlow, potential_flow_of
 from .quantities import Missing, Wrong
 from .section import Section, key
+from .wave_files import rows_of
 
 #: What coefficients of potential flow have in them.
 HAS_THEM = ("added_mass", "axial_added_mass", "rotational_added_mass", "wave_damping")
@@ -34,6 +35,10 @@ class BuoyStart(Section):
         return self
 
 
+Turning = Annotated[list[q.Turning], *rows_of(3)]
+ForceInTime = Annotated[list[q.ForceInTime], *rows_of(4)]
+
+
 class Wind(Section):
     """Wind on the buoy, Eq. (2)."""
 
@@ -43,13 +48,37 @@ class Wind(Section):
     area: q.Area = key("projected area exposed to the wind", "m^2")
     height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the wind force acts", "m")
     air_density: q.Density = key("air density", "kg/m^3", default=1.225)
+    over_time: Turning | None = key(
+        "factor of the speed and turn over time, [[t, factor, turn], ...], or a file", "s, 1, deg", default=None
+    )
+    gusts: Literal["npd", "kaimal"] | None = key(
+        "spectrum of gusts in a run: NPD's (ISO 19901-1), of an hourly mean, or Kaimal's; absent: none", default=None
+    )
+    turbulence: Annotated[float, Field(gt=0, le=1)] | None = key(
+        "standard deviation of Kaimal's gusts over the mean speed", "1", default=None
+    )
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] | None = key(
+        "seed of the gusts; absent: that of the waves", "1", default=None
+    )
+    ramp: q.Duration = key("ramp-up time of the gusts", "s", default=0.0)
+
+    @model_validator(mode="after")
+    def _blows(self) -> Self:
+        if self.gusts is None:
+            self.refuse(("turbulence", "seed", "ramp"), "goes with gusts")
+        if (self.gusts == "kaimal") != (self.turbulence is not None):
+            raise Missing("turbulence", "with gusts = 'kaimal', and with no others")
+        return self
 
 
 class ExternalForce(Section):
-    """A constant force at a point of the axis (default: C)."""
+    """A force at a point of the axis (default: C)."""
 
     force: q.ForceVector = key("constant force vector", "N")
     height: q.Height | None = key("height above the keel at which it is applied; absent: at C", "m", default=None)
+    over_time: ForceInTime | None = key(
+        "force over time that is added, [[t, Fx, Fy, Fz], ...], or a file", "s, N", default=None
+    )
 
 
 class PointMass(Section):
@@ -104,23 +133,21 @@ class Buoy(Section):
     fairleads: dict[q.Name, q.Vector] | None = key(
         "named attachment points {NAME = [x, y, z], ...} in the body frame, from the keel", "m", default=None
     )
-    added_mass: Added = key(
-        "transverse added-mass coefficient C_A = C_M - 1, on the displaced mass, or a shape", "1", default=0.0
-    )
+    added_mass: Added = key("transverse added-mass coefficient C_A = C_M - 1, on the displaced mass", "1", default=0.0)
     normal_drag: q.Coefficient = key("transverse drag coefficient", "1", default=0.0)
     axial_added_mass: ByShape = key(
-        "axial added-mass coefficient of faces, or a shape; 1: half a sphere of water per face",
+        "axial added-mass coefficient of faces; 1: half a sphere of water per face",
         "1",
         default=0.0,
     )
     axial_drag: q.Coefficient = key("axial drag coefficient, on the projected area of these faces", "1", default=0.0)
     rotational_added_mass: ByShape = key(
-        "rotational added-mass coefficient of faces, or a shape; 1: 8/45 rho R^5 per disc face",
+        "rotational added-mass coefficient of faces; 1: 8/45 rho R^5 per disc face",
         "1",
         default=0.0,
     )
     wave_damping: WaveDamping | None = key(
-        "radiation damping [heave, pitch], on the velocity relative to the water, or 'radiation'",
+        "radiation damping [heave, pitch], on the velocity relative to the water",
         "N s/m, N m s",
         default=None,
     )

@@ -110,7 +110,7 @@ class _Sums:
         return np.append(self.k * h1vp(m, ka) / hankel1(m, ka), out), np.append(m / self.a, inside)
 
     def _particular(self, E: Array) -> tuple[Array, Array]:
-        """Of phi_p: means of phi_p cos(n pi z/d) at r = a, and integrals of its radial derivative times Z."""
+        """Means of phi_p cos(n pi z/d) at r = a, and integrals of its radial derivative times Z."""
         a, d, n = self.a, self.d, self.n
         means = np.where(n % 2, -1.0, 1.0) / (d * np.where(n, self.lam, 1.0) ** 2)
         if self.motion == "surge":

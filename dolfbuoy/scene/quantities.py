@@ -94,11 +94,17 @@ Period = Annotated[float, Field(gt=0, le=1e9), _tiny]  # s
 Step = Annotated[float, Field(gt=0, le=1e9), _fine]  # s
 Tolerance = Annotated[float, Field(gt=0, lt=1)]
 Degree = Annotated[int, Field(ge=1, le=30)]
+_when = Annotated[float, Field(ge=-1e9, le=1e9)]  # s
+_turn = Annotated[float, Field(ge=-1e4, le=1e4)]  # deg
 Vector = Annotated[tuple[Height, Height, Height], _three]  # m
 ForceVector = Annotated[tuple[Force, Force, Force], _three]
 _speed = Annotated[float, Field(ge=-1e3, le=1e3)]
 VelocityVector = Annotated[tuple[_speed, _speed, _speed], _three]  # m/s, rad/s
 _part = Annotated[float, Field(ge=-1e6, le=1e6)]
+_share = Annotated[float, Field(ge=0, le=1e3)]
+Turning = Annotated[tuple[_when, _share, _turn], _three]  # s, factor of a speed, deg
+ForceInTime = Annotated[tuple[_when, Force, Force, Force], _four]
+CurrentInTime = Annotated[tuple[_when, Height, _speed, _speed], _four]  # s, m, m/s
 Quaternion = Annotated[tuple[_part, _part, _part, _part], _four]
 Pair = Annotated[tuple[Height, Height], _two]
 _rise = Annotated[float, Field(ge=-10, le=10)]

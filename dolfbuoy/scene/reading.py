@@ -227,6 +227,12 @@ FILES = frozenset(
         "vessel.motion",
         "vessel.raos",
         "library",
+        "current.over_time",
+        "current.grid",
+        "wind.over_time",
+        "buoy.wind.over_time",
+        "external_force.over_time",
+        "buoy.external_force.over_time",
     }
     | {"waves.spectrum", "waves.components", "waves.elevation"}
 )

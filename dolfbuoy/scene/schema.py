@@ -32,7 +32,8 @@ def schema() -> dict[str, Any]:
         if "anyOf" not in rule:
             bounds = ("type", "items", "maxItems", "minItems")
             rule["anyOf"] = [{word: rule.pop(word) for word in bounds if word in rule}]
-        rule["anyOf"].append({"type": "string"})
+        if {"type": "string"} not in rule["anyOf"]:
+            rule["anyOf"].append({"type": "string"})
     petsc = sections["Solver"]["properties"]["petsc"]
     petsc |= {
         "additionalProperties": False,

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
 from .anchors import Anchor, given_anchors, with_sinkers
-from .buoy import Buoy, BuoyStart, ExternalForce, Wind
+from .buoy import Buoy, BuoyStart, ExternalForce, Turning, Wind
 from .criteria import Criteria, check_criteria
 from .fatigue import Fatigue, check_fatigue
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
@@ -22,6 +22,7 @@ from .quantities import Missing, Wrong
 from .section import Section, key
 from .take_off import TakeOff
 from .vessel import Vessel
+from .wave_files import MOST_ROWS, grid_of
 from .waves import Waves
 
 
@@ -35,8 +36,11 @@ class Sea(Section):
     )
 
 
+CurrentGrid = Annotated[list[q.CurrentInTime], Field(min_length=2, max_length=MOST_ROWS), BeforeValidator(grid_of)]
+
+
 class Current(Section):
-    """A steady current; in a table the speeds stand in place of `speed`."""
+    """A current; in a table the speeds stand in place of `speed`, in a grid all of it."""
 
     speed: q.Speed | None = key("current speed at and above still water", "m/s", default=None)
     direction_deg: q.Angle = key(
@@ -48,10 +52,23 @@ class Current(Section):
     exponent: Annotated[float, Field(gt=0, le=1)] = key(
         "exponent of the power law (1 + z/depth)^exponent", "1", default=1 / 7
     )
+    over_time: Turning | None = key(
+        "factor of the speed and turn over time, [[t, factor, turn], ...], or a file", "s, 1, deg", default=None
+    )
+    grid: CurrentGrid | None = key(
+        "velocity over depth and time, [[t, z, u, v], ...], or a file", "s, m, m/s", default=None
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if isinstance(self.profile, list):
+        if self.grid is not None:
+            self.refuse(("speed", "direction_deg", "profile", "over_time"), "does not go with a grid, which has it all")
+            times, heights = {row[0] for row in self.grid}, {row[1] for row in self.grid}
+            if len(heights) < 2 or len({row[:2] for row in self.grid}) < len(self.grid):
+                raise Wrong("grid", "[...]", "must hold two heights z or more, each once at a time")
+            if len(self.grid) != len(times) * len(heights):
+                raise Wrong("grid", "[...]", "must hold a row for every height z at every time t")
+        elif isinstance(self.profile, list):
             if len(self.profile) < 2 or not q.is_rising([z for z, _ in self.profile]):
                 raise Wrong("profile", self.profile, "must hold at least two rows [z, speed] with z increasing")
             if self.speed is not None:
@@ -277,6 +294,12 @@ class Scene(Section):
                 raise Missing("waves", "vessel.raos are of a response to them")
             if self.waves.theory == "stream":
                 raise Wrong("waves.theory", "stream", "does not go with vessel.raos, which are linear")
+        current = self.current
+        if current is not None and self.waves is not None and self.waves.period_seen_from is not None:
+            for name in ("over_time", "grid"):
+                if getattr(current, name) is not None:
+                    allowed = f"goes with a steady current, and current.{name} changes it: leave it out"
+                    raise Wrong("waves.period_seen_from", self.waves.period_seen_from, allowed)
         need("seabed", "sea", "its depth says where the bed is")
         need("seabed", "cable", "it carries lines")
         if self.seabed is not None and self.gravity == 0:

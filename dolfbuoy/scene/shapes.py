@@ -71,7 +71,7 @@ def _volume(cylinder: Cylinder) -> float:
 
 
 def estimate(scene: "Scene", buoy: Buoy, key: str = "buoy.hull") -> Estimate:
-    """What potential flow has of a hull that floats free.  Raises Wrong for one that does not."""
+    """Estimate of potential flow for a hull that floats free.  Raises Wrong for one that does not."""
     shape, mass, sea, g = shape_of(buoy), mass_properties(buoy), scene.sea, scene.gravity
     if sea is None or shape is None or mass.mass >= sea.density * shape.volume() * (1 - 1e-9):
         raise Wrong(key, getattr(buoy, key.rpartition(".")[2], None), "is of a hull that floats without its lines")

@@ -4,13 +4,16 @@ They are read when the scene is, under the rules of `mesh_file` for what a stran
 their numbers: it is complete without them.
 """
 
+import math
 import os.path
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pydantic import AfterValidator, BeforeValidator, Field
+
 from .mesh_file import Named, check_netcdf, inside
-from .quantities import number_of
+from .quantities import is_rising, number_of
 
 FORMULAS = ("jonswap", "pierson-moskowitz")
 MOST_BYTES = 20_000_000
@@ -28,6 +31,58 @@ def spectrum_of(value: Any) -> Any:
 def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
     """Validator of a key that may name a text file of some columns: their rows in place of its name."""
     return lambda value: _columns(file_of(value, allowed), count) if is_file(value) else value
+
+
+#: Rows of a table over time.
+MOST_ROWS = 200_000
+
+
+def rows_of(count: int) -> tuple[Any, ...]:
+    """Constraints on a table of rows [t, ...] with t increasing, or the name of a text file of these columns."""
+
+    def check(rows: list[Any]) -> list[Any]:
+        if not is_rising([row[0] for row in rows]):
+            raise ValueError("must hold rows with t increasing")
+        return rows
+
+    names = BeforeValidator(columns_of(count, "a table, or the name of a file"))
+    return Field(min_length=1, max_length=MOST_ROWS), AfterValidator(check), names
+
+
+def grid_of(value: Any) -> Any:
+    """Value of `current.grid` with the rows [t, z, u, v] of a file in place of its name.  Raises ValueError."""
+    if not _is_file(value):
+        return value
+    path = _path(value, "a table, or the name of a file")
+    return _stream(path) if _is_netcdf(path) else _columns(path, 4)
+
+
+def _stream(path: Path) -> list[list[float]]:
+    """u and v (or uo and vo, eastward and northward) of a netCDF file over time [s] and depth, or z, [m]."""
+    import numpy as np
+    import xarray as xr
+
+    from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
+
+    check_netcdf(path)
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
+            u, v = (data[a if a in data else b].squeeze() for a, b in (("u", "uo"), ("v", "vo")))
+            level = "depth" if "depth" in u.dims else "z"
+            if set(u.dims) != {"time", level} or u.size > MOST_ROWS:
+                raise ValueError(f"u and v must be over time and depth, or z, not over {u.dims}")
+            east, north = (x.transpose("time", level).values.astype(float).tolist() for x in (u, v))
+            t, z = data["time"].values.astype(float), data[level].values.astype(float)
+            t = t * _SECONDS.get(str(data["time"].attrs.get("units", "s")).split()[0], math.nan)
+    except (OSError, KeyError, RuntimeError) as error:
+        raise ValueError(f"its netCDF file must hold u and v over time and depth ({error})") from None
+    if not np.isfinite(t).all():
+        raise ValueError("time of its netCDF file must be in seconds, minutes, hours or days")
+    t, z = t - t[0], -z if level == "depth" else z
+    return [[float(t[i]), float(z[k]), east[i][k], north[i][k]] for i in range(len(t)) for k in range(len(z))]
+
+
+_SECONDS = {"s": 1.0, "seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}
 
 
 #: Columns of a file of motions, with the names that each may have in a netCDF file.

@@ -14,8 +14,9 @@ from ..model.effects import called_by
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..model.rigid import mass_properties, mooring_offset, rotation_of, shape_of
-from ..model.sea import heading, wind_at
+from ..model.sea import heading, strongest, wind_at
 from ..model.seabed import plane
+from ..model.varying import varies
 from ..scene import Scene
 from ..scene.buoy import Buoy
 from ..scene.network import Network as SceneNetwork
@@ -93,7 +94,10 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
     poses, scene = dict.fromkeys(problem.network.buoys, UPRIGHT), problem.scene
     c: Any = scene.current
     pressure = np.zeros(3)  # stagnation pressure of the fastest current, towards where it flows [Pa]
-    if c is not None and scene.sea is not None:
+    if c is not None and scene.sea is not None and varies(c):
+        stream = strongest(scene)
+        pressure = 0.5 * scene.sea.density * np.linalg.norm(stream) * stream
+    elif c is not None and scene.sea is not None:
         speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
         pressure = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
 

@@ -1,0 +1,49 @@
+"""Current, wind and force that change over time: numbers of gusts, and what goes on too fast or ends too early."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..model.varying import Grid, Gusts, seed_of, turning
+from ..scene import Scene
+
+if TYPE_CHECKING:
+    from .report import Report
+
+#: Acceleration of the water [m/s^2] from which on its inertia may count.
+FAST = 0.01
+
+
+def of_weather(scene: Scene, report: "Report") -> None:
+    """Add numbers and warnings of what changes over time to the Report of `check`."""
+    sections: dict[str, Any] = {"current": scene.current}
+    for name, buoy in scene.network.buoys.items():
+        about = report.about(name if len(scene.network.buoys) > 1 else "")
+        sections |= {f"{name}: wind": buoy.wind, f"{name}: external_force": buoy.external_force}
+        if buoy.wind is not None and buoy.wind.gusts is not None:
+            gusts = Gusts(buoy.wind, seed_of(scene, buoy.wind))
+            about.add("standard deviation of the gusts", gusts.deviation, "m/s", f"at 10 m, by {buoy.wind.gusts}")
+    for name, section in sections.items():
+        for key in ("over_time", "grid"):
+            rows = getattr(section, key, None)
+            last = max((row[0] for row in rows or []), default=math.inf)
+            if rows and scene.time is not None and last < scene.time.end:
+                report.warn(len(rows) > 1, f"{name}.{key} ends at {last:g} s, before the run: its last row goes on.")
+    rate = _rate(scene.current) if scene.current is not None else 0.0
+    report.warn(
+        rate > FAST,
+        f"The current changes by up to {rate:.2g} m/s in a second: the inertia of water that speeds up is not counted.",
+    )
+
+
+def _rate(current: Any) -> float:
+    """Largest change of the current's velocity in a second [m/s]."""
+    if current.grid:
+        grid = Grid(current.grid)
+        values = np.array([grid(t) for t in grid.times])
+        return float((np.linalg.norm(np.diff(values, axis=0), axis=2).T / np.diff(grid.times)).max(initial=0.0))
+    times = np.array([row[0] for row in current.over_time or []])
+    factors = np.array([turning(current.over_time)(t) for t in times])
+    fastest = current.speed if current.speed is not None else max(speed for _, speed in current.profile)
+    return float((np.abs(np.diff(factors)) / np.diff(times)).max(initial=0.0) * fastest)
