@@ -35,6 +35,8 @@ def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
 
 #: Rows of a table over time.
 MOST_ROWS = 200_000
+#: Units of time in netCDF files.
+_SECONDS = {"s": 1.0, "seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}
 
 
 def rows_of(count: int) -> tuple[Any, ...]:
@@ -51,9 +53,9 @@ def rows_of(count: int) -> tuple[Any, ...]:
 
 def grid_of(value: Any) -> Any:
     """Value of `current.grid` with the rows [t, z, u, v] of a file in place of its name.  Raises ValueError."""
-    if not _is_file(value):
+    if not is_file(value):
         return value
-    path = _path(value, "a table, or the name of a file")
+    path = file_of(value, "a table, or the name of a file")
     return _stream(path) if _is_netcdf(path) else _columns(path, 4)
 
 
@@ -80,9 +82,6 @@ def _stream(path: Path) -> list[list[float]]:
         raise ValueError("time of its netCDF file must be in seconds, minutes, hours or days")
     t, z = t - t[0], -z if level == "depth" else z
     return [[float(t[i]), float(z[k]), east[i][k], north[i][k]] for i in range(len(t)) for k in range(len(z))]
-
-
-_SECONDS = {"s": 1.0, "seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}
 
 
 #: Columns of a file of motions, with the names that each may have in a netCDF file.
