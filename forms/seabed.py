@@ -1,4 +1,5 @@
-"""The sea bed, a plane n . x = d: a spring with a damper that fades in, and friction that remembers where it holds.
+"""The sea bed, a plane n . x = d or a surface z = b(x, y): a spring with a damper that fades in, and friction that
+remembers where it holds.
 
 Per unstretched metre of a line, or of a body as a whole, with the gap g = n . r - d and <-g> = max(-g, 0):
 
@@ -12,7 +13,7 @@ more than mu p: at the end of each step r_a := r - u min(1, mu p/(k_t |u|)).  At
 
 from typing import NamedTuple
 
-from ufl import dot, max_value, min_value, sqrt
+from ufl import as_vector, dot, max_value, min_value, sqrt
 
 from .kinds import Expr, Scalar
 
@@ -41,6 +42,25 @@ class Contact(NamedTuple):
 def gap(normal: Expr, level: Scalar, x: Expr) -> Expr:
     """g = n . x - d [m]."""
     return dot(normal, x) - level
+
+
+class Ground(NamedTuple):
+    """A bed near the place (x_0, y_0): its height b there, slope and curvature, for Taylor's formula."""
+
+    x: Expr
+    y: Expr
+    height: Expr
+    slope: tuple[Expr, Expr]  #: b_x, b_y
+    curvature: tuple[Expr, Expr, Expr]  #: b_xx, b_xy, b_yy
+
+    def normal_and_gap(self, r: Expr) -> tuple[Expr, Expr]:
+        """Upward normal of the bed below r, and the distance (r_z - b)/sqrt(1 + |grad b|^2) [m]."""
+        dx, dy = r[0] - self.x, r[1] - self.y
+        (b_x, b_y), (b_xx, b_xy, b_yy) = self.slope, self.curvature
+        height = self.height + b_x * dx + b_y * dy + 0.5 * (b_xx * dx**2 + b_yy * dy**2) + b_xy * dx * dy
+        along, across = b_x + b_xx * dx + b_xy * dy, b_y + b_xy * dx + b_yy * dy
+        size = sqrt(1 + along**2 + across**2)
+        return as_vector([-along / size, -across / size, 1 / size]), (r[2] - height) / size
 
 
 def pressure(contact: Contact) -> Expr:

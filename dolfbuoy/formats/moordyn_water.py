@@ -73,6 +73,8 @@ def _bed(scene: Scene, network: Network, note: Callable[..., Any]) -> dict[str, 
         note("seabed.friction: MoorDyn's friction follows the speed, and lets go of what lies still")
     if any(scene.seabed.slope):
         note("seabed.slope is not carried over")
+    if scene.seabed.depths:
+        note("seabed.depths are not carried over: the bed is flat, at sea.depth")
     return found
 
 

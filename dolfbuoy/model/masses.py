@@ -63,6 +63,16 @@ class Masses(Model):
         found = [(e, getattr(e, self.where)(c, matter, rho_w, flow, point)) for e, c in self._loads]
         return [(effect, force if wet is None else wet * force) for effect, force in found if force is not None]
 
+    def follow_water(self, system: Any) -> None:
+        super().follow_water(system)
+        if self.bed is not None:
+            self.bed.follow(system)
+
+    def publish_points(self) -> None:
+        super().publish_points()
+        if self.bed is not None:
+            self.bed.publish()
+
     def begin(self, u: np.ndarray) -> None:
         if self.bed is not None:
             self.bed.begin(u)

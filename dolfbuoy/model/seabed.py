@@ -10,6 +10,7 @@ from dolfinx import fem
 
 from ..forms import seabed as form
 from ..scene import Scene
+from ..scene.bathymetry import ORDERS
 from ..scene.cable import Cable
 from ..scene.lines import Body, Sinker
 from ..solver import compat
@@ -43,14 +44,30 @@ class GroundedLength(NamedTuple):
 
 
 def plane(scene: Scene) -> tuple[np.ndarray, float]:
-    """(n, d) of the bed n . x = d, n upwards."""
-    a, b = scene.seabed.slope
+    """(n, d) of the bed n . x = d, n upwards; of one that is no plane the nearest one under the held ends of lines."""
+    (a, b), level = scene.seabed.slope, -scene.sea.depth
+    if scene.seabed.depths is not None:
+        a, b, level = _nearest_plane(scene)
     normal = np.array([-a, -b, 1.0]) / math.sqrt(1 + a * a + b * b)
-    return normal, -scene.sea.depth * float(normal[2])
+    return normal, level * float(normal[2])
+
+
+def _nearest_plane(scene: Scene) -> tuple[float, float, float]:
+    """(a, b, c) of the plane z = a x + b y + c that fits best a bed of depths, around the held ends of lines."""
+    places = [end.position for piece in scene.network.pieces for end in piece.ends if end.position is not None]
+    low, high = (fold(np.array(places)[:, :2], axis=0) for fold in (np.min, np.max))
+    reach = 0.5 * max(piece.section.length for piece in scene.network.pieces)
+    low, high = np.where(high - low < reach, (low - reach, high + reach), (low, high))
+    x, y = (grid.ravel() for grid in np.meshgrid(*np.linspace(low, high, 15).T))
+    fit = np.column_stack([x, y, np.ones_like(x)])
+    a, b, c = np.linalg.lstsq(fit, scene.seabed.depths.height(x, y), rcond=None)[0]
+    return float(a), float(b), float(c)
 
 
 def height_of_bed(scene: Scene, points: np.ndarray) -> np.ndarray:
     """z of the bed [m] under points (..., 3), or (..., 2), of a scene with a sea."""
+    if scene.seabed and scene.seabed.depths is not None:
+        return np.asarray(scene.seabed.depths.height(*np.moveaxis(np.asarray(points, dtype=float)[..., :2], -1, 0)))
     slope = scene.seabed.slope if scene.seabed else (0.0, 0.0)
     return np.asarray(points, dtype=float)[..., :2] @ slope - scene.sea.depth
 
@@ -155,6 +172,7 @@ class Bed:
         rubs = has_friction(scene, model.dynamic)
         self.held = fem.Function(space()) if rubs or self.keeps else None
         self.memory = {"bed_holds": self.held.x.array} if rubs else {}
+        self.ground = Terrain(self) if scene.seabed.depths is not None else None
         terms = effects.called_by(scene, "bed")
         self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
 
@@ -187,9 +205,12 @@ class Bed:
         """Pressure and friction at the places, per metre of a line and for a body as a whole."""
         x, *_, x_t, _ = self.model.kinematics()
         slide = None if self.held is None else x - self.held
-        speed = None if x_t is None else ufl.dot(self.normal, x_t)
-        gap = form.gap(self.normal, self.level, x)
-        return form.Contact(self.normal, gap, *self.parameters[:3], speed, self.parameters.stick, slide)
+        normal, gap = self.normal, None
+        if self.ground is not None:
+            normal, gap = self.ground.near().normal_and_gap(x)
+        speed = None if x_t is None else ufl.dot(normal, x_t)
+        gap = form.gap(self.normal, self.level, x) if gap is None else gap
+        return form.Contact(normal, gap, *self.parameters[:3], speed, self.parameters.stick, slide)
 
     def forces(self) -> list[tuple[effects.Effect, Any]]:
         """[(effect, force as UFL)], per unstretched metre of a line [N/m], of a body [N]."""
@@ -224,22 +245,87 @@ class Bed:
         """A step was taken: where friction pulls more than it can, it slides after the model."""
         if self.held is None:
             return
-        model, n, mu, speed = self.model, self.normal.value, self.coefficients(), 0.0
+        model, mu, speed = self.model, self.coefficients(), 0.0
         r = self.at(u[model.part.slice])
+        n = self.normals(r)
         if model.dynamic:
-            speed = (model.gamma_v.value * r + self.at(model.history_v.x.array)) @ n
+            speed = _dot(model.gamma_v.value * r + self.at(model.history_v.x.array), n)
         k, c, sag, stick = self.parameter_values()
         below = np.maximum(-self.gap(r), 0.0)
         p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)
         slide = r - self.holds
-        slide -= (slide @ n)[..., None] * n
+        slide -= _dot(slide, n)[..., None] * n
         pull = stick * np.sqrt((slide * slide).sum(axis=-1))
         share = np.minimum(1.0, mu * p / np.maximum(pull, 1e-300))
         self.hold(r - share[..., None] * slide)
 
     def gap(self, x: np.ndarray) -> np.ndarray:
         """Distance of points (..., 3) from the bed [m]."""
+        if self.ground is not None:
+            return (x[..., 2] - height_of_bed(self.model.scene, x)) * self.normals(x)[..., 2]
         return x @ self.normal.value - self.level.value
+
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Upward normal of the bed (3,), or under points (..., 3) of one that is no plane."""
+        return self.normal.value if self.ground is None else self.ground.normals(x)
+
+    def blocks(self, size: int) -> tuple[fem.FunctionSpace, np.ndarray]:
+        """Space of `size` numbers at the places of the contact, and where those of each place are, (..., size)."""
+        raise NotImplementedError
+
+    def follow(self, system: Any) -> None:
+        """Let the forms of a System see a bed that is no plane."""
+        if self.ground is not None:
+            self.ground.follow(system)
+
+    def publish(self) -> None:
+        """The same for forms that no System evaluates."""
+        if self.ground is not None:
+            self.ground.fill(self.ground.coefficient.x.array, self.ground.unknowns())
+
+
+class Terrain:
+    """A bed that is no plane, for the forms of a Bed: numbers at its places, taken there before every evaluation."""
+
+    SIZE = 2 + len(ORDERS)  #: x, y, and the height with its derivatives
+
+    def __init__(self, bed: Bed):
+        self.bed = bed
+        space, self._place = bed.blocks(self.SIZE)
+        self.coefficient = fem.Function(space)
+
+    def near(self) -> form.Ground:
+        """The bed near the places, as UFL."""
+        c = [self.coefficient[i] for i in range(self.SIZE)]
+        return form.Ground(c[0], c[1], c[2], (c[3], c[4]), (c[5], c[6], c[7]))
+
+    def unknowns(self) -> np.ndarray:
+        """Those of the model, as its Function has them."""
+        return np.asarray(self.bed.model.part.function.x.array)
+
+    def fill(self, values: np.ndarray, u: np.ndarray) -> None:
+        """Put the numbers for the model's unknowns u into the values of the coefficient."""
+        r = self.bed.at(u)
+        depths = self.bed.model.scene.seabed.depths
+        values[self._place] = np.concatenate([r[..., :2], depths.derivatives(r[..., 0], r[..., 1])], axis=-1)
+
+    def follow(self, system: Any) -> None:
+        """Fill before every evaluation of a System."""
+        values, place = system.numbers_of(self.coefficient), self.bed.model.part.slice
+        if values is not None:
+            system.filled_by_hook(self.coefficient)
+            system.hooks.add(lambda _: self.fill(values, system.u[place]))
+
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Upward normals (..., 3) under points."""
+        slopes = self.bed.model.scene.seabed.depths.derivatives(x[..., 0], x[..., 1])
+        up = np.stack([-slopes[..., 1], -slopes[..., 2], np.ones(x.shape[:-1])], axis=-1)
+        return up / np.linalg.norm(up, axis=-1, keepdims=True)
+
+
+def _dot(vectors, n):
+    """Components of vectors (..., 3) along one normal (3,), or along that of each."""
+    return vectors @ n if n.ndim == 1 else (vectors * n).sum(axis=-1)
 
 
 class Landing(Bed):
@@ -303,6 +389,11 @@ class Landing(Bed):
     def at(self, values: np.ndarray) -> np.ndarray:
         return values[self.model.dofs]
 
+    def blocks(self, size: int) -> tuple[fem.FunctionSpace, np.ndarray]:
+        mesh = self.model.mesh
+        space = compat.function_space(mesh, compat.element(mesh, "DG", 0, size))
+        return space, size * (self.model.dofs[:, :1] // 3) + np.arange(size)
+
     def hold_body(self, name: str, place: np.ndarray) -> None:
         """Let friction hold the body at a joint on to a place."""
         self.held.x.array[self.model.dofs[self.model.names.index(name)]] = place
@@ -319,7 +410,8 @@ class Seabed(Bed):
 
     def __init__(self, lines: "Lines"):
         positions, degree = lines.positions, lines.dx.metadata()["quadrature_degree"]
-        self.points = Points(lines, positions, degree) if has_friction(lines.scene, lines.dynamic) else None
+        needs = has_friction(lines.scene, lines.dynamic) or lines.scene.seabed.depths is not None
+        self.points = Points(lines, positions, degree) if needs else None
 
         def space():
             return compat.function_space(lines.mesh, compat.quadrature_element(lines.mesh, degree, 3))
@@ -348,6 +440,11 @@ class Seabed(Bed):
     def parameter_values(self) -> np.ndarray:
         """Numbers of the contact in every cell, arrays (cells, 1)."""
         return self._of_scene(self._of_lines)[1]
+
+    def blocks(self, size: int) -> tuple[fem.FunctionSpace, np.ndarray]:
+        lines, degree = self.model, self.model.dx.metadata()["quadrature_degree"]
+        space = compat.function_space(lines.mesh, compat.quadrature_element(lines.mesh, degree, size))
+        return space, size * compat.cell_dofs(space)[..., None] + np.arange(size)
 
     def at(self, values: np.ndarray) -> np.ndarray:
         return self.points.of(values[self.model.node_dofs])

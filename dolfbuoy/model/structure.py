@@ -26,7 +26,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
         len(profile) if isinstance(profile, list) else profile,
         len({row[1] for row in (scene.current and scene.current.grid) or []}),
         waves and (waves.summed, waves.theory, waves.stretching),
-        scene.seabed and scene.seabed.start,
+        scene.seabed and (scene.seabed.start, scene.seabed.depths is not None),
         repr(scene.solver),
         tuple(effects.names(scene)),
         *(_of_line(scene, piece.section) for piece in network.pieces),

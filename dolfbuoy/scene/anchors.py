@@ -121,6 +121,7 @@ def _sinker(scene: "Scene", name: str, anchor: Anchor, end: End) -> Sinker:
         raise Wrong("anchor.density", anchor.density, f"must be above that of the water, {scene.sea.density:g} kg/m^3")
     x, y, z = end.position or (0.0, 0.0, 0.0)
     bed = scene.seabed.slope[0] * x + scene.seabed.slope[1] * y - scene.sea.depth
+    bed = bed if scene.seabed.depths is None else float(scene.seabed.depths.height(x, y))
     if abs(z - bed) > ON_BED * scene.sea.depth:
         raise Wrong(
             "anchor.drags", True, f"needs a sinker on the bed, and {name} is at z = {z:g} m, the bed at {bed:g}"

@@ -224,6 +224,7 @@ FILES = frozenset(
         "cable.winch",
         "cable.top.motion",
         "joint.motion",
+        "seabed.depths",
         "vessel.motion",
         "vessel.raos",
         "library",

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
 from .anchors import Anchor, given_anchors, with_sinkers
+from .bathymetry import BedGrid
 from .buoy import Buoy, BuoyStart, ExternalForce, Turning, Wind
 from .criteria import Criteria, check_criteria
 from .fatigue import Fatigue, check_fatigue
@@ -92,9 +93,17 @@ class Seabed(Section):
         "displacement over which Coulomb friction is mobilised; absent: 1e-3 depth, 5 cm at most", "m", default=None
     )
     slope: q.Slope = key("slope of the sea bed [dz/dx, dz/dy]", "1", default=(0.0, 0.0))
+    depths: BedGrid | None = None
     start: Literal["frictionless", "pulled"] = key(
         "initial friction state: none, or that of lines laid slack on the bed and then pulled", default="frictionless"
     )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.depths is not None:
+            self.refuse(["slope"], "does not go with depths, which have their own")
+            self.refuse(["start"], "does not go with depths, only with a plane bed")
+        return self
 
 
 Corners = Annotated[list[q.Vector], Field(max_length=40_000)]

@@ -25,7 +25,7 @@ def spectrum_of(value: Any) -> Any:
     if name in FORMULAS if isinstance(name, str) else not is_file(value):
         return name
     path = file_of(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
-    return _directional(path) if _is_netcdf(path) else _columns(path, 2)
+    return _directional(path) if is_netcdf(path) else _columns(path, 2)
 
 
 def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
@@ -56,7 +56,7 @@ def grid_of(value: Any) -> Any:
     if not is_file(value):
         return value
     path = file_of(value, "a table, or the name of a file")
-    return _stream(path) if _is_netcdf(path) else _columns(path, 4)
+    return _stream(path) if is_netcdf(path) else _columns(path, 4)
 
 
 def _stream(path: Path) -> list[list[float]]:
@@ -93,7 +93,7 @@ def motions_of(value: Any) -> Any:
     if not is_file(value):
         return value
     path = file_of(value, "a table, or the name of a file")
-    return _motions(path) if _is_netcdf(path) else _columns(path, len(MOTIONS))
+    return _motions(path) if is_netcdf(path) else _columns(path, len(MOTIONS))
 
 
 def _motions(path: Path) -> list[list[float]]:
@@ -118,7 +118,8 @@ def _motions(path: Path) -> list[list[float]]:
     return [[float(x) for x in row] for row in zip(*columns, strict=True)]
 
 
-def _is_netcdf(path: Path) -> bool:
+def is_netcdf(path: Path) -> bool:
+    """True if a file begins as netCDF does."""
     with path.open("rb") as file:
         return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 

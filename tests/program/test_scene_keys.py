@@ -84,7 +84,7 @@ def test_every_section_is_described():
     sections = {key.name.split(".")[0] for key in KEYS if "." in key.name}
     definitions = Scene.model_json_schema()["$defs"]
     more = ("Top", "FailsAt", "PointMass", "Spectrum", "Segment", "Body", "BuoyStart", "EndDirection")
-    more += ("PotentialFlow",)  # in others
+    more += ("PotentialFlow", "Depths")  # in others
     assert len(definitions) == len(sections) + len(more)
     assert set(more) - {"Spectrum"} <= set(definitions)
     assert all(10 < len(section["description"]) < 130 for section in definitions.values())

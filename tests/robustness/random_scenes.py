@@ -101,7 +101,8 @@ STRUCTURAL = {
     "waves.elevation", "waves.theory", "waves.order", "waves.crest", "waves.crest_time", "waves.crest_position",
     "waves.crest_sea",
     "buoy.memory_order",
-    "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth", "sea.dry_above",
+    "initial.kind", "initial.points", "time.end", "seabed.start",
+    "seabed.depths.x", "seabed.depths.y", "seabed.depths.depth", "cable.marine_growth", "sea.dry_above",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
