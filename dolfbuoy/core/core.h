@@ -238,6 +238,13 @@ typedef struct {                /* least and largest of what the values have bee
     ptrdiff_t n;
 } range;
 
+typedef struct {                /* lengths of vectors whose three components are at places among values */
+    const double *values;
+    const int *places;
+    double *out;
+    ptrdiff_t n;
+} vectors;
+
 typedef struct {                /* a regular wave */
     const double *t;
     double size, ramp, phase, frequency;
@@ -279,6 +286,7 @@ void combine(const void *context);
 void copy_all(const void *context);
 void pick(const void *context);
 void widen(const void *context);
+void find_lengths(const void *context);
 void advance_wave(const void *context);
 void advance_swing(const void *context);
 void spin(const void *context);

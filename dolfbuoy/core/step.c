@@ -132,6 +132,17 @@ void widen(const void *context)
     }
 }
 
+void find_lengths(const void *context)
+{
+    const vectors *V = context;
+    for (ptrdiff_t k = 0; k < V->n; ++k) {
+        double square = 0;
+        for (int i = 0; i < 3; ++i)
+            square += V->values[V->places[3 * k + i]] * V->values[V->places[3 * k + i]];
+        V->out[k] = sqrt(square);
+    }
+}
+
 void do_all(const void *context)
 {
     const works *W = context;

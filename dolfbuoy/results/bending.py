@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from ..model.problem import Problem
 
 
+def places_of_moments(problem: Problem) -> NDArray[Any]:
+    """Places of m of this rank's nodes among the unknowns (n, 3); -1 in lines that do not bend."""
+    lines: Any = problem.lines
+    return np.asarray(lines.moments(np.arange(1.0, len(problem.system.u) + 1))[: lines.owned_nodes] - 1, dtype=int)
+
+
 class Bending:
     """Bending of the cables of a Problem.
 
@@ -30,7 +36,8 @@ class Bending:
         radius = np.array([c.minimum_bend_radius or 0.0 for c in sections])
         self.limited = bool(radius.any())
         owned = slice(lines.owned_nodes)
-        self._per_moment, self._radius = (1 / stiffness)[lines.line_of_node[owned]], radius[lines.line_of_node[owned]]
+        #: 1/EI in the nodes of this rank, 0 where a line does not bend.
+        self.per_moment, self._radius = (1 / stiffness)[lines.line_of_node[owned]], radius[lines.line_of_node[owned]]
         self._cable = np.array([piece.cable for piece in network.pieces])[lines.line_of_node[owned]]
         s = lines.node_s[owned]
         order = np.lexsort((s, lines.line_of_node[owned]))
@@ -48,12 +55,12 @@ class Bending:
 
     def curvatures(self) -> NDArray[Any]:
         """Curvature in the nodes of this rank [1/m]."""
-        return np.asarray(self._sizes() * self._per_moment)
+        return np.asarray(self._sizes() * self.per_moment)
 
     def note(self) -> None:
         """Take the present unknowns; collective."""
         moments, found = self._sizes(), np.zeros((len(self.values), 4))
-        curvature = moments * self._per_moment
+        curvature = moments * self.per_moment
         np.maximum.at(found[:, 2], self._cable, curvature)
         np.maximum.at(found[:, 3], self._cable, curvature * self._radius)
         for cable, column, node in self._ends:

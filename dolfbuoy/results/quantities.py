@@ -120,6 +120,7 @@ _take_off = _of("take_off")
 _end_vector = _of("attachment xyz")
 _frame_nodes = _of("node xyz", "frame")
 _run_nodes = _of("node xyz", "run")
+_run_sizes = _of("node", "run")
 _run_cells = _of("cell", "run")
 _node = _of("node", "")
 _cell = _of("cell", "")
@@ -457,6 +458,8 @@ _ALL: tuple[Quantity, ...] = (
     Quantity("cable_tension", ("cell",), "N", "mean tension of each element, in order from the anchor", over="frame"),
     _run_nodes("cable_position_minimum", "m", "least coordinates of the cable's nodes in any step"),
     _run_nodes("cable_position_maximum", "m", "largest coordinates of the cable's nodes in any step"),
+    _run_sizes("curvature_maximum", "m-1", "largest curvature in the cable's nodes in any step"),
+    _run_sizes("curvature_maximum_after_ramp", "m-1", "largest curvature in the nodes from the end of the ramp on"),
     _run_cells("cable_tension_minimum", "N", "least tension at any node of each element in any step"),
     _run_cells(
         "cable_tension_maximum",

@@ -12,8 +12,9 @@ from ..elsewhere import MPI
 from ..errors import InputError
 from ..scene.network import Network
 from ..scene.settings import ramp_of
-from ..solver.vector_ops import widening
+from ..solver.vector_ops import lengths, together, widening
 from .after_ramp import AFTER, after_ramp
+from .bending import Bending, places_of_moments
 from .series import mean_over_time
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
 class Extremes:
     """Least and largest value of every unknown of the lines of a Problem, of all instants that were noted.
 
-    kept: (until the ramp ends, from there on) x (least, largest) x unknowns of this rank, +-inf while there is none.
+    kept: (until the ramp ends, from there on) x (least, largest) x unknowns of this rank, and of lines that bend |m| in
+    every node after them; +-inf while there is none.
     The tension of an element is that at its nodes of T, both its ends among them: of degree 0 it is constant on it.
     """
 
@@ -36,9 +38,17 @@ class Extremes:
         part: Any = problem.lines.part if problem.lines else None
         unknowns = problem.system.u[part.slice if part else slice(0)]
         self._ramp = ramp_of(problem.scene) * AFTER
-        self.kept = np.empty((2, 2, len(unknowns)))
+        bends = problem.network.bends
+        places = places_of_moments(problem) if bends else np.zeros((0, 3), dtype=int)
+        self._bent, n = places[:, 0] >= 0, len(unknowns)
+        self._per_moment = Bending(problem).per_moment if bends else np.zeros(0)
+        sizes = np.zeros(self._bent.sum())
+        self.kept = np.empty((2, 2, n + len(sizes)))
         self.kept[:, 0], self.kept[:, 1] = np.inf, -np.inf
-        self._until, self._after = (widening(unknowns, *rows) for rows in self.kept)
+        measure = [lengths(problem.system.u, places[self._bent], sizes)] if bends else []
+        self._until, self._after = (
+            together(widening(unknowns, *rows[:, :n]), *measure, widening(sizes, *rows[:, n:])) for rows in self.kept
+        )
 
     def note(self, t: float) -> None:
         """Take the present unknowns, which are those of the time t."""
@@ -70,6 +80,11 @@ class Extremes:
         if np.isfinite(loads).any():
             cells["cable_utilisation_maximum"] = cells["cable_tension_maximum"] / loads[lines.line_of_cell]
         nodes = {"cable_position_minimum": whole[0][places], "cable_position_maximum": whole[1][places]}
+        if len(self._bent):
+            for ending, of_span in (("", whole), ("_after_ramp", self.kept[1])):
+                nodes[f"curvature_maximum{ending}"] = largest = np.zeros(len(self._bent))
+                largest[self._bent] = of_span[1][-self._bent.sum() :]
+                largest *= self._per_moment
         found = observer.along(nodes, cells)
         return {
             name: values

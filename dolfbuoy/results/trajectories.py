@@ -258,16 +258,21 @@ def envelope(record: xr.Dataset, scene: Scene) -> Figure:
     return figure
 
 
+#: Largest curvatures of all steps, the better one first.
+_LARGEST = "curvature_maximum_after_ramp", "curvature_maximum"
+
+
 @figure_of("curvature", "s", part="cable")
 def curvature(record: xr.Dataset, scene: Scene) -> Figure:
-    """Largest and mean curvature along the cable over the frames after the ramp, and what is allowed."""
+    """Largest curvature along the cable in all steps after the ramp, its mean over frames, and what is allowed."""
     frames, s = record.frame.values, record.s.values
     rows = after_ramp(frames, scene, 2, "curvature along the cable")
     values = record.curvature.values[rows]
+    largest = next((record[name].values for name in _LARGEST if name in record), values.max(axis=0))
     figure = new_figure(COLUMN, 2.6)
     axes = figure.subplots()
-    axes.fill_between(s, values.min(axis=0), values.max(axis=0), color=COLORS["sky"], alpha=0.25, lw=0)
-    axes.plot(s, values.max(axis=0), "--", color=COLORS["red"], label="largest")
+    axes.fill_between(s, values.min(axis=0), largest, color=COLORS["sky"], alpha=0.25, lw=0)
+    axes.plot(s, largest, "--", color=COLORS["red"], label="largest")
     axes.plot(s, mean_over_time(frames[rows], values), "-", color=COLORS["ink"], label="mean")
     begin, number = 0.0, int(np.atleast_1d(record.cable_of_node.values)[0])
     for section in scene.network.sections_of(number):
@@ -276,7 +281,7 @@ def curvature(record: xr.Dataset, scene: Scene) -> Figure:
             label = "allowed" if "allowed" not in axes.get_legend_handles_labels()[1] else None
             axes.plot([begin, begin + section.length], allowed, color=COLORS["blue"], lw=1, label=label)
         begin += section.length
-    span = f"{len(rows)} instants from {frames[rows][0]:.4g} to {frames[rows][-1]:.4g} s"
+    span = f"all steps and {len(rows)} instants, from {frames[rows][0]:.4g} to {frames[rows][-1]:.4g} s"
     axes.set(xlabel=f"arc length from the anchor, s [m]\n({span})", ylabel="curvature [1/m]")
     axes.margins(x=0.01)
     legend_above(axes, 3)

@@ -102,6 +102,12 @@ def widening(values: Array, least: Array, largest: Array) -> Work:
     return work("widen", "range", fields)
 
 
+def lengths(values: Array, places: Any, out: Array) -> Work:
+    """A function that puts the lengths of vectors into `out`; places (n, 3) of their components among the values."""
+    places = np.array(places, dtype=np.int32)
+    return work("find_lengths", "vectors", {"values": values, "places": places, "out": out, "n": len(out)})
+
+
 def traced(function: Callable[[], Any], arrays: Sequence[Array]) -> list[tuple[Array, int, float]]:
     """Entries for `picked` of what a function returns, which copies numbers of these arrays, perhaps with another sign.
 
