@@ -22,6 +22,7 @@ from .accuracy import expected
 from .buoys import buoys_at_rest, buoys_of, of_buoys
 from .fatigue import of_fatigue
 from .lines import lines_at_rest, lines_of, of_lines
+from .potential_flow import of_potential_flow
 from .radiation import of_shapes
 from .waves import in_waves
 from .weather import of_weather
@@ -90,6 +91,7 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
     if scene.sea and scene.gravity:
         of_buoys(scene.sea.depth, buoys, report)
         of_shapes(scene, buoys, report)
+        of_potential_flow(scene, buoys, report)
     for name, material in (scene.material or {}).items():
         if material.source is not None:
             report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)

@@ -103,7 +103,7 @@ def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report:
         about = report.about(buoy.name)
         about.add(f"components with k D > {SHORTEST_KD}", count, "", remark)
         about.add("k R of the hull at Tz", k_R, "", f"of waves of {Tz:.3g} s")
-        _strips(k_R, f" at the mean period Tz = {Tz:.3g} s", about)
+        _strips(buoy, k_R, f" at the mean period Tz = {Tz:.3g} s", about)
     return crest
 
 
@@ -201,18 +201,19 @@ def _steepness(scene: Scene, height: float, report: "Report") -> None:
     )
 
 
-def _strips(k_R: float, where: str, report: "Report") -> None:
+def _strips(buoy: Upright, k_R: float, where: str, report: "Report") -> None:
     high = f"k R = {k_R:.3g}{where} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong."
-    report.warn(k_R > LARGEST_KR, high)
+    report.warn(k_R > LARGEST_KR and buoy.section.potential_flow is None, high)
 
 
 def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report") -> None:
     """Limits of strips: short waves, and no waves of the buoy's own."""
     ratio, b, speed = k_R / math.pi, buoy.section, 2 * math.pi / wave.main_period * wave.size
     report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
-    report.warn(ratio >= 0.2, f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
-    report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
-    _strips(k_R, "", report)
+    strips = b.potential_flow is None
+    report.warn(ratio >= 0.2 and strips, f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
+    report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4" if strips else "")
+    _strips(buoy, k_R, "", report)
     if scene.gravity and not buoy.drowned:  # drag linearised to the same work
         floating = buoy.under(buoy.pull)
         area, spheres, _ = buoy.shape.projected(floating.draft)
@@ -221,7 +222,9 @@ def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report"
         inertia = buoy.mass.mass + b.axial_added_mass * buoy.density * spheres
         critical = 2 * math.sqrt(floating.heave_stiffness * inertia)
         of = f"of axial_drag{' and wave_damping' if b.wave_damping else ''}"
-        remark = f"{of}, for heave as high as this wave{'' if b.wave_damping else '; the hull radiates no waves'}"
+        without = "; the hull radiates no waves" if strips else "; radiation comes on top"
+        remark = f"{of}, for heave as high as this wave{'' if b.wave_damping else without}"
         ratio = linear / critical if critical else math.inf
         report.add("heave damping ratio", ratio, "", remark)
-        of_radiation(scene, wave, ratio, buoy, report)
+        if strips:
+            of_radiation(scene, wave, ratio, buoy, report)

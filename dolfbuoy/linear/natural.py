@@ -13,6 +13,7 @@ from ..solver.quadratic import RESTARTS, lowest_pairs
 from .layout import Body, half_turns
 from .linearisation import Linearisation
 from .moving import Moving, named
+from .radiated import Radiated
 
 #: A line with less tension than this part of the forces of its scene is slack; one that turns by more than this between
 #: two pieces [deg] is kinked.
@@ -79,9 +80,11 @@ def lowest_modes(
     apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
     for same in (rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1):
         vectors[:, same] = moving.separated(vectors[:, same])
+    radiated = Radiated(found)
     for root, x, residual in zip(roots, vectors.T, pairs.residuals[shown], strict=True):
-        modes.append(_mode(moving, complex(root), x, residual))
-    return modes[:number]
+        own = radiated.followed(complex(root), x) if radiated.there else (complex(root), x, residual)
+        modes.append(_mode(moving, *own))
+    return sorted(modes, key=lambda mode: mode.omega)[:number] if radiated.there else modes[:number]
 
 
 def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:

@@ -18,6 +18,7 @@ from ..solver.quadratic import FEW
 from .linearisation import Linearisation, linearise
 from .moving import Moving
 from .natural import lowest_modes
+from .radiated import Radiated
 
 #: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
 FREQUENCIES = 2 * math.pi / np.geomspace(50.0, 0.4, 8)
@@ -87,11 +88,12 @@ def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[st
 
 def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]]:
     """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice."""
+    radiated = Radiated(found)
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
         for root, vector in zip(*(x.T for x in modes_near(found, 1j * omega)), strict=True):
             if 2 * math.pi / LONGEST < root.imag < 2 * math.pi / SHORTEST:
-                yield root, vector
+                yield radiated.followed(root, vector)[:2] if radiated.there else (root, vector)
 
 
 def _of_lines(found: Linearisation) -> dict[str, float]:

@@ -1,5 +1,9 @@
 """Radiation memory of buoys in linear motion: forces -K v on the five velocities of each (`forms.radiation`).
 
+Modes are found without memory, with A_inf alone, and followed as the memory grows from nothing to its size by Newton's
+method on (K + lambda E + lambda^2 M + share G(lambda)) x = 0: a few states of waves have roots of their own, which are
+no modes of a buoy.
+
 In frequency K* = B - i omega (A - A_inf) of the file, for motions Re[X exp(-i omega t)]; for exp(lambda t) that of the
 states, K(lambda) = out (lambda - rate)^-1 into.  A_inf is in the linearised equations already.
 """
@@ -11,10 +15,14 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.sparse import csr_matrix
 
+from ..errors import SolveError
 from ..model.potential_flow import Coefficients, coefficients_of, on_five, plane_and_heave
 from ..model.rigid import rotation_of
 from .layout import Body
-from .linearisation import Linearisation
+from .linearisation import Linearisation, equilibrated
+
+#: Shares of the memory with which a mode is followed; iterations with each, and the change of the root that ends them.
+SHARES, MOST, SETTLED = (0.25, 0.5, 0.75, 1.0), 30, 1e-10
 
 
 class Radiated:
@@ -24,6 +32,7 @@ class Radiated:
     """
 
     def __init__(self, found: Linearisation):
+        self.found = found
         scene, self.size = found.problem.scene, found.K.shape[1]
         buoys = scene.network.buoys
         self._bodies = [(body, buoys[body.name]) for body in found.bodies if buoys[body.name].potential_flow]
@@ -44,6 +53,35 @@ class Radiated:
     def at_root(self, root: complex) -> csr_matrix:
         """K(lambda) of the states."""
         return self._matrix([states(-1j * root) for states in self._states])
+
+    def followed(self, root: complex, vector: NDArray[Any]) -> tuple[complex, NDArray[Any], float]:
+        """(root, vector, backward error) that a mode without memory becomes.
+
+        Raises SolveError where it is lost.
+        """
+        K, E, M = self.found.whole
+        x = vector / np.linalg.norm(vector)
+        for share in SHARES:
+            for _ in range(MOST):
+                G, step = self.at_root(root), 1e-6 * abs(root)
+                slope = (self.at_root(root + step) - G) / step
+                R = K + root * E + root**2 * M + share * G
+                try:
+                    u = equilibrated(R)(((E + 2 * root * M + share * slope) @ x)[:, None])[:, 0]
+                except RuntimeError:  # singular: x is it
+                    break
+                factor = x.conj() @ u
+                change, x = 1 / factor, u / np.linalg.norm(u)
+                root -= change
+                if abs(change) < SETTLED * abs(root):
+                    break
+            else:
+                raise SolveError(f"a mode next to {root:.3g}/s is lost among the states of the radiation memory")
+        parts = [K, abs(root) * E, abs(root) ** 2 * M, self.at_root(root)]
+        size = sum(abs(A) for A in parts[1:]) + abs(K)
+        rows = np.maximum(size.max(axis=1).toarray().ravel(), 1e-300)
+        left = K @ x + root * (E @ x) + root**2 * (M @ x) + parts[-1] @ x
+        return root, x, float((np.abs(left) / rows).max() / (size @ np.abs(x) / rows).max())
 
     def _matrix(self, kernels: list[NDArray[Any]]) -> csr_matrix:
         total = csr_matrix((self.size, self.size), dtype=complex)

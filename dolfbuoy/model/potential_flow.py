@@ -4,6 +4,7 @@ The coefficients are referred to C once, where the hull floats upright; from the
 (x, y, z) of C and (x, y) of the tip of its unit axis.  Heave has a memory of its own, the two vertical planes the same.
 """
 
+import itertools
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
@@ -79,42 +80,41 @@ def _coefficients(scene: Scene, buoy: Buoy) -> Coefficients:
 def froude_krylov(scene: Scene, buoy: Buoy, draft: float, omega: Array) -> Array:
     """Force of the undisturbed wave on the upright hull per metre, (n, 3) complex: surge, lean, heave, about C.
 
-    Rings of the hull see a wave along x as J_n(k R): Gauss' theorem, rho a integrated over the disks and their moments.
+    Disks of the hull see a wave along x as J_n(k R): Gauss' theorem, -grad p integrated over them with its moment, and
+    the pressure on the water plane.
     """
-    shape, center, g, h = shape_of(buoy), mass_properties(buoy).height, scene.gravity, scene.sea.depth
-    found = np.zeros((len(omega), 3), dtype=complex)
-    for row, w in zip(found, omega, strict=True):
-        k = dispersion_wavenumber(2 * np.pi / w, h, g)
-
-        def disks(zeta: Array, R: Array, k: float = k) -> Array:
-            z, kR = zeta - draft, np.maximum(k * R, 1e-9)
-            down, up = np.exp(k * z), np.exp(-k * (z + 2 * h))
-            along, rise = (down + up) / (1 + np.exp(-2 * k * h)), (down - up) / (1 + np.exp(-2 * k * h))
-            area, first = 2 * np.pi * R**2 * j1(kR) / kR, 2 * np.pi * R**3 * jn(2, kR) / kR
-            # -grad p of p = rho g cosh e^(ikx): along x -i k, upwards -k; x times it has the first moment i J_2
-            lean = -1j * k * along * area * (zeta - center) + 1j * k * rise * first
-            return np.array([-1j * k * along * area, lean, -k * rise * area])
-
-        inside = _integral(shape, disks, draft)
-        R = shape.waterplane_radius(draft)
-        kR = max(k * R, 1e-9)
-        # and the pressure on the water plane, which the volume integral of -grad p leaves out
-        plane = np.array([0.0, -1j * 2 * np.pi * R**3 * jn(2, kR) / kR, 2 * np.pi * R**2 * j1(kR) / kR])
-        row[:] = scene.sea.density * g * (inside + plane)
-    return found
+    shape, g, h = shape_of(buoy), scene.gravity, scene.sea.depth
+    k = np.array([dispersion_wavenumber(2 * np.pi / w, h, g) for w in omega])
+    zeta, R, length = _axis_points(shape, draft)
+    z, (area, first) = zeta - draft, _disks(k, R)
+    down, up = np.exp(np.outer(k, z)), np.exp(-np.outer(k, z + 2 * h))
+    bottom = (1 + np.exp(-2 * k * h))[:, None]
+    along, rise = -1j * k[:, None] * (down + up) / bottom * area, -k[:, None] * (down - up) / bottom
+    lean = along * (zeta - mass_properties(buoy).height) - 1j * rise * first
+    inside = np.stack([along @ length, lean @ length, (rise * area) @ length], axis=-1)
+    area, first = (x[:, 0] for x in _disks(k, np.array([shape.waterplane_radius(draft)])))
+    plane = np.stack([0 * area, -1j * first, area], axis=-1)
+    return np.asarray(scene.sea.density * g * (inside + plane))
 
 
-def _integral(shape: Any, function: Callable[[Array, Array], Array], draft: float) -> Array:
-    """Integral over the wet axis of function(height, radius), in pieces that are short for the waves."""
-    x, weights = np.polynomial.legendre.leggauss(12)
-    total: Any = 0.0
+def _disks(k: Array, R: Array) -> tuple[Array, Array]:
+    """Integrals of exp(i k x), and of x exp(i k x) over i, over disks (wavenumbers, radii)."""
+    kR = np.maximum(np.outer(k, R), 1e-9)
+    return 2 * np.pi * R**2 * j1(kR) / kR, 2 * np.pi * R**3 * jn(2, kR) / kR
+
+
+def _axis_points(shape: Any, draft: float) -> tuple[Array, Array, Array]:
+    """Heights, radii and weights [m] of Gauss' points on the wet axis, in pieces that are short for the waves."""
+    x, weights = np.polynomial.legendre.leggauss(6)
+    found = []
     for a, b, ra, rb in shape.segments:
         end = min(b, draft)
-        for low, high in zip(*[np.linspace(a, end, 9)[part] for part in (slice(-1), slice(1, None))], strict=True):
-            if high > low:
-                zeta = low + (high - low) * (x + 1) / 2
-                total = total + (high - low) / 2 * function(zeta, ra + (rb - ra) * (zeta - a) / (b - a)) @ weights
-    return np.asarray(total)
+        ends = np.linspace(a, end, 2 + int(16 * (end - a) / draft)) if end > a else np.zeros(0)
+        for low, high in itertools.pairwise(ends):
+            zeta = low + (high - low) * (x + 1) / 2
+            found.append((zeta, ra + (rb - ra) * (zeta - a) / (b - a), (high - low) / 2 * weights))
+    zeta, R, length = (np.concatenate(part) for part in zip(*found, strict=True))
+    return zeta, R, length
 
 
 def on_five(three: Array) -> Array:
@@ -141,6 +141,16 @@ def _states(scene, buoy):
     except ValueError as error:
         raise InputError(f"buoy.potential_flow: {error}.") from None
     return heave, plane
+
+
+def radiation_memory(scene: Scene) -> str:
+    """States of the radiation memory of each buoy that has one, and the error of their kernel, in words."""
+    said = []
+    for name, buoy in scene.network.buoys.items() if scene.sea else ():
+        if buoy.potential_flow:
+            heave, plane = (f"{s.order} states ({100 * s.error:.2g} %)" for s in states_of(scene, buoy))
+            said.append(f"{name}: heave {heave}, a vertical plane {plane}")
+    return "; ".join(said)
 
 
 def plane_and_heave(scene: Scene, buoy: Buoy) -> Callable[[complex], Array]:

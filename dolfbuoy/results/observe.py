@@ -16,6 +16,7 @@ from ..model import effects
 from ..model.airy import sea_of
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
+from ..model.potential_flow import radiation_memory
 from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
@@ -386,4 +387,5 @@ def attributes(problem: Problem) -> dict[str, Any]:
         "version_dolfbuoy": __version__,
         **versions,
         **({"route": problem.route} if problem.route else {}),
+        **({"radiation_memory": said} if (said := radiation_memory(problem.scene)) else {}),
     }
