@@ -130,7 +130,8 @@ def helped(steps: Sequence[Callable[[], object]]) -> Iterator[None]:
             if not finished:
                 with suppress(ProcessLookupError):
                     os.kill(process, signal.SIGINT)
-            os.waitpid(process, 0)
+            with suppress(ChildProcessError):  # the host has waited for all of its children
+                os.waitpid(process, 0)
         _team.helpers.clear()
 
 
