@@ -31,6 +31,7 @@ def modes(
     assign: cli.SetOption = None,
     plot: cli.PlotOption = True,
     paraview: Annotated[bool, typer.Option("--paraview", help="Write the shapes, moving, for ParaView.")] = False,
+    svg: cli.SvgOption = False,
     oscillating: Annotated[bool, typer.Option("--oscillating", help="Only modes that have a period.")] = False,
 ) -> None:
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
@@ -53,7 +54,7 @@ def modes(
     cli.print_table(f"Modes of {loaded.title or scene}, {folder / 'modes.nc'}", headings, rows)
     cli.say(*on_friction(loaded))
     if plot:
-        cli.say(f"{len(draw_modes(folder, found, loaded, paraview, direction))} files in {folder}")
+        cli.say(f"{len(draw_modes(folder, found, loaded, paraview, direction, svg))} files in {folder}")
         cli.page_of("modes.nc", folder)
 
 

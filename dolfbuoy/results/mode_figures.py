@@ -82,15 +82,20 @@ def _curves(frame: Frame, view: NDArray[Any]) -> list[NDArray[Any]]:
 
 
 def draw_modes(
-    folder: Path, dataset: xr.Dataset, scene: Scene, paraview: bool = True, direction_deg: float = 0.0
+    folder: Path,
+    dataset: xr.Dataset,
+    scene: Scene,
+    paraview: bool = True,
+    direction_deg: float = 0.0,
+    svg: bool = True,
 ) -> list[Path]:
-    """Figure of each mode in folder/figures, and an animated period in folder/paraview; returns the files.
+    """Figure of each mode in folder/figures and an animated period in folder/paraview; returns the files.
 
     Meshes of cables and hulls, over a time of one period, or of 1 s for what has none.
     """
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():
-        written += keep(mode_shape(dataset, number, scene, direction_deg), folder, f"mode_{number:02d}", "modes")
+        written += keep(mode_shape(dataset, number, scene, direction_deg), folder, f"mode_{number:02d}", "modes", svg)
         if not paraview:
             continue
         period, turns = dataset.period.values[number - 1], np.arange(PHASES) / PHASES
