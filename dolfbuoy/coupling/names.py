@@ -1,11 +1,15 @@
 """Parts of a scene that a caller can drive, load or read, by their names."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..model.buoy import MOTION
+from ..model.problem import Problem
+from ..motion.start import initial_state
+from ..scene import Scene
 from ..scene.network import Network
 from .paths import Array
 
@@ -40,7 +44,40 @@ def drivable(network: Network) -> list[str]:
         for which, k, i in (("from", network.first_of(number), 0), ("to", network.last_of(number), 1)):
             end = network.pieces[k].ends[i]
             found += [end.name or f"{cable}.{which}"] if end.kind == "fixed" else []
+    found += [name for name in network.meetings() if "." not in name]
     return [*dict.fromkeys(found), *(f"{network.name_of(k)}.winch" for k in range(len(network.pieces)))]
+
+
+def holding_joints(scene: Scene, driven: Iterable[str], comm: Any) -> Scene:
+    """The scene with its free joints that a caller drives held where they rest, without their bodies.
+
+    Raises InputError for a joint at which lines go on without a kink.
+    """
+    free = {joint.name: joint for joint in scene.joint or [] if joint.position is None}
+    chosen = [name for name in driven if name in free]
+    if not chosen:
+        return scene
+    for name in chosen:
+        if free[name].weld:
+            raise InputError(f"driven = {name!r}: lines go on there without a kink (weld), which would be lost.")
+    start = initial_state(scene, comm, Problem)
+    problem = Problem(scene, dynamic=True, comm=comm)
+    try:
+        problem.set_time(0.0)
+        start.put(problem, problem.system.u)
+        places = {name: _place_of(problem, name) for name in chosen}
+    finally:
+        problem.destroy()
+    held = [type(j)(name=j.name, position=places[j.name]) if j.name in places else j for j in scene.joint or []]
+    return scene.model_copy(update={"joint": held})
+
+
+def _place_of(problem: Problem, name: str) -> tuple[float, float, float]:
+    """Place of a joint [m], on every rank."""
+    piece, end = problem.network.meetings()[name][0]
+    mine = problem.system.u[problem.lines.end_dofs[piece][end]] if problem.lines.owns_end(piece, end) else None
+    x, y, z = next(place for place in problem.comm.allgather(mine) if place is not None)
+    return float(x), float(y), float(z)
 
 
 def wound_piece(network: Network, name: str) -> int | None:
@@ -83,6 +120,9 @@ def loaded_rows(problem: Any, name: str, driven: Any) -> tuple[int, Array]:
         known = [buoy for buoy in network.buoys if buoy not in driven] + list(network.meetings())
         known += [f"{cable}.to" for k, cable in enumerate(network.cables) if _is_free(network, k)]
         raise InputError(f"load: {name!r} must be of what moves freely: {', '.join(known) or 'there is nothing'}.")
+    if name in network.bodies:  # its rows, not those of a line there, whose tension is read off them
+        bodies = problem.bodies
+        return 3, bodies.part.offset + bodies.dofs[bodies.names.index(name)] if bodies else np.zeros(0, int)
     piece, end = pairs[0]
     return 3, problem.lines.end_dofs[piece][end] if problem.lines.owns_end(piece, end) else np.zeros(0, int)
 

@@ -44,6 +44,8 @@ class Client:
     def open(self) -> None:
         """Find the equilibrium."""
         self.choose(lambda: None)
+        if wound := [name for name in self.names if name.endswith(".winch")]:
+            raise InputError(f"driven = {wound[0]!r}: a length is driven from Python only.")
         self._session = Session(self.scene, self.folder, driven=self.names, **self.changes)
 
     def bodies(self) -> list[bool]:

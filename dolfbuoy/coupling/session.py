@@ -29,6 +29,7 @@ from ..results.observe import Observer
 from ..results.recorder import Recorder
 from ..scene import load_scene
 from . import names
+from .carried import Carried, vessels_of
 from .forces import Force, state_of
 from .paths import LARGEST, Array, BodyState, Path, Pose, Wrench, numbers_of
 
@@ -54,8 +55,9 @@ class Session:
 
     scene: as for `simulate`, with a section [time]: its step is the longest that is taken, its end does not count.
     driven: names of what the caller will move.  Ends of lines that the scene holds: "CABLE.from", "CABLE.to", or the
-    name of a joint with a position; buoys, which then move as the caller says and no force on them matters; and
-    "CABLE.winch", the unstretched length of a line, or "CABLE.NUMBER.winch" of one of its segments.
+    name of a joint, which is held there then, without its body if it was free; buoys, which then move as the caller
+    says and no force on them matters; vessels that rest in the scene; and "CABLE.winch", the unstretched length of a
+    line, or "CABLE.NUMBER.winch" of one of its segments.
     out: folder for results.nc, scene.toml and checkpoint.npz, written as in a run; without it nothing is recorded.
     resume: folder of a run or session to go on with, instead of scene and out.  comm: on several ranks all functions
     are collective.  overwrite, overrides: as for `simulate`.
@@ -79,6 +81,9 @@ class Session:
         try:
             folder, point = (out, None) if resume is None else (resume, checkpoint.load(resume, comm.size))
             self.scene = load_scene(scene or {}, **overrides) if point is None else point.scene
+            if point is None:
+                driven = [driven] if isinstance(driven, str) else list(driven)
+                self.scene = names.holding_joints(self.scene, driven, comm)
             if folder is not None:
                 self._open.enter_context(folders.claimed(folder, comm))
                 point = point and checkpoint.load(folder, comm.size)  # nobody writes there any more
@@ -108,7 +113,8 @@ class Session:
     def _begin(self, driven: Iterable[str], point: checkpoint.Checkpoint | None) -> None:
         network, driven = self.scene.network, [driven] if isinstance(driven, str) else list(driven)
         wound = {name: piece for name in driven if (piece := names.wound_piece(network, name)) is not None}
-        others = [name for name in driven if name not in wound]
+        vessels = vessels_of(self.scene)
+        others = [name for name in driven if name not in wound and name not in vessels]
         ends = {name: names.driven_ends(network, name) for name in others if name not in network.buoys}
         bodies = {name: partial(self._place, name) for name in others if name not in ends}
         for name in bodies:
@@ -119,6 +125,10 @@ class Session:
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
         self._open.callback(self.simulation.problem.destroy)
+        if point is not None and vessels.keys() & set(driven):
+            raise InputError("A session that drives a vessel cannot be resumed: its pose is not in the checkpoint.")
+        self.carried = {name: Carried(self.simulation, vessels[name]) for name in driven if name in vessels}
+        self.paths |= {name: carried.path for name, carried in self.carried.items()}
         for name, piece in wound.items():
             self.paths[name] = Path(self.t, [network.pieces[piece].section.length])
             self.simulation.wind(piece, self.paths[name])
@@ -298,13 +308,16 @@ class Session:
         return total
 
     def pulls(self, buoy: str) -> Wrench:
-        """Force [N] and moment about C [N m] of all lines on a buoy, world frame."""
+        """Force [N] and moment [N m] of all lines and take-offs on a buoy, about C, world frame; or on a driven vessel,
+        about its reference point."""
+        if buoy in self.carried:
+            return self.carried[buoy].pulls()
         problem, found = self.simulation.problem, None
         held = problem.buoys.get(self._buoy(buoy))
         if held is not None:
             u, force, moment = problem.system.u, np.zeros(3), np.zeros(3)
             R = rotation_of(MOTION.of(u[held.part.slice]).orientation)
-            for attachment in problem.attached_to(held):
+            for attachment in (*problem.attached_to(held), *problem.take_offs_on(held)):
                 offset: Any = attachment.offset
                 T_O = FIELDS.of(u[attachment.slice]).force
                 force, moment = force + T_O, moment + np.cross(R @ offset.value, T_O)

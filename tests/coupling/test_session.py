@@ -13,6 +13,7 @@ import pytest
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start
 from own_body import example, furthest
+from scipy.spatial.transform import Rotation
 
 import dolfbuoy
 from dolfbuoy import InputError, Session, load_scene
@@ -463,3 +464,79 @@ def test_two_ranks_step_together(tmp_path):
     assert len(found) == 3
     for other in found[1:]:
         np.testing.assert_allclose(other, found[0], rtol=1e-6, atol=1e-2)
+
+
+def test_a_free_joint_that_is_driven():
+    """It begins where it rests; moved as it would move by itself, the lines are where they would be."""
+    legs = [
+        {
+            "name": name,
+            "from": foot,
+            "to": "Y",
+            "length": 10.0,
+            "line_density": 1.0,
+            "axial_stiffness": 1e5,
+            "elements": 3,
+        }
+        for name, foot in (("one", [0.0, 0.0, 0.0]), ("two", [15.0, 0.0, 0.0]))
+    ]
+    scene = {
+        "cable": legs,
+        "joint": [{"name": "Y", "mass": 20.0}],
+        "time": {"end": 1.0, "step": 0.02, "scheme": "bdf2"},
+    }
+    places, tensions = [], []
+    with Session(scene) as s:
+        rest = s.values()["joint_position"][0].copy()
+        s.load("Y", [60.0, 30.0, 10.0])
+        for _ in range(20):
+            s.step()
+            places.append(s.values()["joint_position"][0].copy())
+            tensions.append(s.values()["tension_top"].copy())
+    with Session(scene, driven="Y") as s:
+        np.testing.assert_allclose(s.values()["joint_position"][0], rest, atol=1e-12)
+        assert s.pull("Y")[2] == pytest.approx(20.0 * 9.81, rel=1e-9)  # which was the weight of its body
+        for k, place in enumerate(places):
+            s.drive("Y", place)
+            s.step()
+            if k > 3:
+                np.testing.assert_allclose(s.values()["tension_top"], tensions[k], rtol=1e-4)
+    welded = {**scene, "cable": [leg | {"bending_stiffness": 10.0} for leg in legs]}
+    with pytest.raises(InputError, match="without a kink"):
+        Session(welded | {"joint": [{"name": "Y", "weld": True}]}, driven="Y")
+
+
+def test_a_vessel_that_is_driven():
+    """By its pose at the scene's rows, as these; force and moment are those of its lines and its take-off."""
+    cable = {"length": 16.0, "line_density": 2.0, "axial_stiffness": 1e5, "elements": 3}
+    still = {"name": "ship", "position": [1.0, 0.0, 0.0], "heading_deg": 30.0}
+    still["fairleads"] = {"bow": [3.0, 0.0, -1.0], "stern": [-3.0, 1.0, -1.0]}
+    scene = {
+        "vessel": [still],
+        "joint": [{"name": "Y"}],
+        "cable": [
+            cable | {"name": "fore", "from": [12.0, 6.0, -10.0], "to": "ship.bow"},
+            cable | {"name": "aft", "from": [-10.0, -6.0, -10.0], "to": "Y"},
+        ],
+        "take_off": {"from": "Y", "to": "ship.stern", "stiffness": 500.0, "length": 1.0, "damping": 300.0},
+        "time": {"end": 0.5, "step": 0.1, "scheme": "bdf2"},
+    }
+    rows = [[0.1 * k, 0.02 * k**2, 0.0, 0.01 * k**2, 0.3 * k**2, -0.2 * k**2, 0.5 * k**2] for k in range(6)]
+    moved = load_scene(scene | {"vessel": [still | {"motion": rows}]})
+    with Session(moved) as one, Session(scene, driven="ship") as s:
+        for _, *shift, roll, pitch, yaw in rows[1:]:
+            turn = Rotation.from_euler("xyz", [roll, pitch, yaw + 30.0], degrees=True)  # about the axes of the world
+            origin, (x, y, z, w) = np.add(shift, still["position"]), turn.as_quat()
+            s.drive("ship", origin, [w, x, y, z])
+            s.step()
+            one.step()
+            for name in ("tension_top", "take_off_tension", "absorbed_power"):
+                np.testing.assert_allclose(s.values()[name], one.values()[name], rtol=1e-7)
+            force, moment = s.pulls("ship")
+            bow, stern = (turn.apply(point) for point in still["fairleads"].values())
+            way = s.values()["joint_position"][0] - origin - stern
+            pull = s.values()["take_off_tension"][0] * way / np.linalg.norm(way)
+            np.testing.assert_allclose(force, s.pull("fore.to") + pull, rtol=1e-6)
+            np.testing.assert_allclose(moment, np.cross(bow, s.pull("fore.to")) + np.cross(stern, pull), rtol=1e-6)
+    with pytest.raises(InputError, match="the scene moves it"):
+        Session(moved, driven="ship")
