@@ -9,7 +9,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.cable import EndDirection, Top
-from ..scene.vessel import Riding
+from ..scene.vessel import Riding, RidingDirection
 from ..solver.vector_ops import copies, work
 from . import Array
 from .airy import ramp
@@ -59,13 +59,20 @@ INSTANT = 1e-4
 def direction_of(clamp: EndDirection, beta: float = 0.0) -> Callable[[float], Array] | None:
     """Unit direction of an end that is turned, and beta [s] times its rate, as a function of time; None where it
     stays."""
-    if clamp.motion is None:
+    path: Callable[[float], Any]
+    if isinstance(clamp, RidingDirection):
+        from .riding import rider_of
+
+        rider, own = rider_of(clamp), clamp.own
+        path = lambda t: rider.direction(own, t)  # noqa: E731
+    elif clamp.motion is None:
         return None
-    path = along_rows(clamp.motion, clamp.ramp)
+    else:
+        path = along_rows(clamp.motion, clamp.ramp)
 
     def direction(t: float) -> Array:
         way = path(t)
-        return np.asarray(way / np.linalg.norm(way))
+        return np.asarray(way) / np.linalg.norm(way)
 
     def damped(t: float) -> Array:
         before, after = max(t - INSTANT, 0.0), t + INSTANT

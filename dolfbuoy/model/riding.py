@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ..scene import Scene
-from ..scene.vessel import Riding, Vessel, turned
+from ..scene.vessel import Riding, RidingDirection, Vessel, turned
 from . import Array
 from .airy import AirySum, ramp, remembered
 from .splines import along_rows
@@ -39,11 +39,15 @@ class Rider:
             self._latest = t, ramp(t, self._ramp) * found
         return self._latest[1]
 
+    def direction(self, own: tuple[float, float, float], t: float) -> list[float]:
+        """A vector of its own frame in that of the world."""
+        (*_, roll, pitch, yaw), shift = self.motions(t), self._given(t)
+        return turned(own, roll + shift[3], pitch + shift[4], self.vessel.heading_deg + yaw + shift[5])
+
     def place(self, fairlead: str, t: float) -> list[float]:
         """Position of a fairlead [m]."""
-        vessel, (*along, roll, pitch, yaw) = self.vessel, self.motions(t)
-        shift = self._given(t)
-        arm = turned(vessel.fairleads[fairlead], roll + shift[3], pitch + shift[4], vessel.heading_deg + yaw + shift[5])
+        vessel, along, shift = self.vessel, self.motions(t)[:3], self._given(t)
+        arm = self.direction(vessel.fairleads[fairlead], t)
         moved = turned((float(along[0]), float(along[1]), float(along[2])), 0.0, 0.0, vessel.heading_deg)
         return [float(sum(part)) for part in zip(vessel.position, shift[:3], moved, arm, strict=True)]
 
@@ -54,7 +58,7 @@ class Rider:
         return float(min(parts.sum(), FARTHEST * math.sqrt(np.sum(parts**2) / 2)))
 
 
-def rider_of(top: Riding) -> Rider:
+def rider_of(top: Riding | RidingDirection) -> Rider:
     """The Rider of an end's vessel, one for all of its ends."""
     scene, vessel = top.scene, top.vessel
     return remembered(partial(Rider, vessel, scene), vessel, scene.waves, scene.sea, scene.current, scene.gravity)

@@ -258,7 +258,7 @@ class _Resolver:
         name = place.partition(".")[0] if isinstance(place, str) else ""
         if given is not None and given.motion is not None and (name in self.vessels or name in {"buoy", *self.buoys}):
             raise Wrong(f"{key}.motion", "[...]", f"does not go with {name}, which turns the end: give a direction")
-        return self.vessels[name].clamp(given) if name in self.vessels else given
+        return self.vessels[name].clamp(given, self.scene) if name in self.vessels else given
 
     def _key(self, cable: str) -> str:
         return _key_of("cable", self.cables, cable)

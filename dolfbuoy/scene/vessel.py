@@ -97,16 +97,16 @@ class Vessel(Section):
         known: dict[str, Any] = {"kind": "prescribed", "position": position, "motion": rows, "ramp": self.ramp}
         return Top.model_construct(**known)
 
-    def clamp(self, given: EndDirection | None) -> EndDirection | None:
-        """Direction of an end of a line that turns with the vessel, in the frame of the world."""
+    def clamp(self, given: EndDirection | None, scene: Any = None) -> EndDirection | None:
+        """Direction of an end of a line that turns with the vessel, in the frame of the world; scene: as in `held`."""
         if given is None or given.direction is None:
             return given
-        if self.raos is not None:
-            allowed = f"does not go with {self.name}, whose raos turn it in waves: give the vessel a motion, or a pin"
-            raise Wrong("cable.direction", list(given.direction), allowed)
+        x, y, z = turned(given.direction, 0.0, 0.0, self.heading_deg)
+        if self.raos is not None and scene is not None:
+            spring = given.rotational_stiffness
+            return RidingDirection(direction=(x, y, z), rotational_stiffness=spring).on(self, given.direction, scene)
         if self.motion is None:
-            along = turned(given.direction, 0.0, 0.0, self.heading_deg)
-            return given.model_copy(update={"direction": tuple(along)})
+            return given.model_copy(update={"direction": (x, y, z)})
         rows = [(row[0], *turned(given.direction, row[4], row[5], self.heading_deg + row[6])) for row in self.motion]
         return given.model_copy(update={"direction": None, "motion": rows, "ramp": self.ramp})
 
@@ -138,6 +138,34 @@ class Riding(Top):
     @property
     def scene(self) -> Any:
         """The scene whose waves it rides."""
+        return self._on[2]
+
+
+class RidingDirection(EndDirection):
+    """The direction of an end that a vessel turns in the waves of a scene."""
+
+    _on: Any = PrivateAttr(default=None)
+
+    def on(self, vessel: Vessel, own: tuple[float, float, float], scene: Any) -> Self:
+        """This direction, in a vessel's own frame, in the waves of a scene."""
+        self._on = vessel, own, scene
+        return self
+
+    @property
+    def vessel(self) -> Vessel:
+        """The vessel."""
+        found: Vessel = self._on[0]
+        return found
+
+    @property
+    def own(self) -> tuple[float, float, float]:
+        """The direction in the vessel's frame."""
+        found: tuple[float, float, float] = self._on[1]
+        return found
+
+    @property
+    def scene(self) -> Any:
+        """The scene whose waves turn it."""
         return self._on[2]
 
 

@@ -154,6 +154,21 @@ RISERS = {
 }
 
 
+#: Largest curvatures [1/m] between arc lengths, the moment where the line lifts [N m], and how deep it sinks [m].
+CURVATURES = {
+    "riser": {
+        "largest": {(0, 250): 0.0455163873126},
+        "touchdown": (132.38012104, 2646.72819992),
+        "deepest": 0.0406172400824,
+    },
+    "lazy wave": {
+        "largest": {(0, 90): 0.0759291102004, (90, 130): 0.0981419728875, (130, 180): 0.275105280251},
+        "touchdown": (43.4735385958, 55.1970832839),
+        "deepest": 0.0209717822435,
+    },
+}
+
+
 @pytest.mark.parametrize("name", RISERS)
 def test_on_a_soft_bed(name):
     """Segments go on into each other without a kink; on a Winkler bed of stiffness k [N/m per metre]."""
@@ -179,6 +194,12 @@ def test_on_a_soft_bed(name):
     rest = solve_static({"gravity": G, "sea": sea, "seabed": {"stiffness": k / diameter}, "cable": cable})
     assert rest.end_tension.values[0] == pytest.approx([H, 0.0, V], rel=5e-5, abs=1e-4)
     assert rest.end_moment.item() == pytest.approx(moment, rel=1e-3)
+    s, bent, deepest = rest.s.values, rest.curvature.values, -100.0 - rest.cable_position.values[:, 2].min()
+    for (begin, end), curvature in CURVATURES[name]["largest"].items():
+        assert bent[(s >= begin) & (s <= end)].max() == pytest.approx(curvature, rel=1e-3)
+    at, touching = CURVATURES[name]["touchdown"]
+    assert stiffness * np.interp(at, s, bent) == pytest.approx(touching, rel=1e-2)  # where it is steep
+    assert deepest == pytest.approx(CURVATURES[name]["deepest"], rel=3e-3)
 
 
 # -- limits that need no theory ----------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """Lines with a bending stiffness in motion: frequencies, limits, balances, and what a run must keep.
 
 Source: beams with tension (closed form and transcendental equations), a pendulum of a rigid rod, an articulated column
-by hand, sums of moments by hand.
+by hand, sums of moments by hand; Lagrange's equations of rigid links with springs (support/rigid_links.py).
 """
 
 import math
@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 from mpi_helpers import needs_mpirun, start_scenes
+from rigid_links import falling_rod
 
 import dolfbuoy
 from dolfbuoy import load_scene, modes, simulate, solve_static
@@ -98,6 +99,21 @@ def test_a_swinging_rod_carries_little_moment():
     m = np.linalg.norm(run.cable_moment.values, axis=-1)
     assert m[10].max() == pytest.approx(5 * 9.81 * math.sin(angle) * 100 / 27, rel=0.1)
     assert m[:, [0, -1]].max() == 0.0
+
+
+@pytest.mark.slow
+def test_a_rod_that_falls_far():
+    """Let go from horizontal its tip falls by half its length: 16 and 32 rigid links, extrapolated in h^2."""
+    times = np.arange(0.0, 3.01, 0.05)
+    coarse, fine = (falling_rod(10.0, 5.0, 2e4, 9.81, links, times) for links in (16, 32))
+    expected = fine + (fine - coarse) / 3
+    cable = BEAM | {"bending_stiffness": 2e4, "elements": 6, "from_end": ALONG, "top": {"kind": "free"}}
+    scene = {"cable": cable, "initial": {"kind": "polyline", "points": [[0, 0, 0], [10, 0, 0]]}}
+    for scheme, limit in (("generalized-alpha", 4e-3), ("bdf2", 8e-3)):
+        time = {"end": 3.0, "step": 0.005, "scheme": scheme, "output_every": 0.05}
+        run = simulate(scene | {"time": time | SCHEMES[scheme]})
+        assert run.cable_position.values[:, -1, [0, 2]] == pytest.approx(expected, abs=limit)
+    assert expected[:, 1].min() < -5.0
 
 
 COLUMN = {

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy import InputError, Session, load_scene, simulate, solve_static
-from dolfbuoy.model.prescribed_ends import motion_of
+from dolfbuoy.model.prescribed_ends import direction_of, motion_of
 from dolfbuoy.model.riding import rider_of
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
@@ -162,13 +162,6 @@ def test_what_no_vessel_can_be_is_refused(keys, sentence):
         load_scene(changed(**keys))
 
 
-def test_an_end_has_no_direction_on_a_vessel_that_rides():
-    """On one with a motion it has (test_bending_motion)."""
-    stiff = {**SCENE["cable"][0], "bending_stiffness": 10.0, "to_end": {"direction": [0.0, 0.0, 1.0]}}
-    with pytest.raises(InputError, match=r"direction = .*: does not go with ship, whose raos turn it in waves"):
-        load_scene(riding({"amplitude": 1.0, "period": 8.0}) | {"cable": [stiff, *SCENE["cable"][1:]]})
-
-
 def test_a_vessel_holds_something_and_has_a_name_of_its_own():
     lone = [{**SCENE["vessel"][0], "name": "other"}]
     with pytest.raises(InputError, match=r"vessel.name = 'other': holds no cable"):
@@ -227,6 +220,31 @@ def test_in_a_regular_wave_its_ends_are_on_the_closed_form():
         expected = [fairlead(point, *in_waves(t, *wave)) for t in record.frame.values]
         np.testing.assert_allclose(lines[name][:, -1], expected, rtol=0, atol=1e-9)
         assert np.ptp(lines[name][:, -1], axis=0).min() > 0.05
+
+
+@shows("vessel.raos")
+def test_in_waves_a_direction_turns_with_the_vessel():
+    """And with its heading and a drift; the line's end follows, within what its first element leaves."""
+    own = [0.3, -0.2, 1.0]
+    stiff = {**SCENE["cable"][0], "bending_stiffness": 1e4, "to_end": {"direction": own}, "position_degree": 2}
+    stiff |= {"tension_degree": 1, "elements": [[33.0, 8], [1.0, 4]], "length": 34.0}
+    scene = riding(REGULAR) | {"cable": [stiff]}
+    clamp = load_scene(scene).network.pieces[0].ends[1].clamp
+    omega = 2 * np.pi / 8.0
+    k = brentq(lambda k: 9.81 * k * np.tanh(30 * k) - omega**2, 1e-3, 1.0, xtol=1e-15)
+    wave = (0.7, k, omega, REGULAR["direction_deg"], np.radians(35.0), 1.0, operator(8.0, 90.0))
+    record, found = simulate(scene, time={"end": 2.0}), direction_of(clamp)
+    ways = []
+    for t in record.frame.values:
+        roll, pitch, yaw = in_waves(t, *wave)[1]
+        turn = Rotation.from_euler("xyz", [roll, pitch, yaw + HEADING], degrees=True)
+        ways.append(turn.apply(own) / np.linalg.norm(own))
+        np.testing.assert_allclose(found(t), ways[-1], rtol=0, atol=1e-9)
+    ends = record.cable_position.values[:, -3:]
+    last = 3 * ends[:, 2] - 4 * ends[:, 1] + ends[:, 0]  # derivative of the parabola at its end
+    last /= np.linalg.norm(last, axis=1)[:, None]
+    np.testing.assert_allclose(last, ways, rtol=0, atol=2e-3)
+    assert np.ptp(ways, axis=0).max() > 0.02
 
 
 def test_in_several_waves_responses_add_up_and_lie_between_rows():
