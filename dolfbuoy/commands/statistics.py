@@ -222,7 +222,8 @@ def _fatigue(series: list[Series], how: dict[Any, Any]) -> Shown:
         if worn:
             damage = float(mine[f"{name}_damage"].sum(skipna=False)) if f"{name}_damage" in mine else np.nan
             yearly = damage / float(mine.duration.sum()) * YEAR
-            rows[-1] += [_or_dash(yearly), *_lives(yearly, factor)]
+            life = float(mine[f"{name}_life"].mean()) if f"{name}_life" in mine else np.nan
+            rows[-1] += [_or_dash(yearly), *_lives(yearly, factor, life)]
     title = f"\nFatigue, m = {how['exponent']:g}, equivalent load at {how['frequency_Hz']:g} Hz"
     return title, ["series", "equivalent load", *(["Miner sum per year", *_of_lives(factor)] if worn else [])], rows
 
@@ -236,9 +237,10 @@ def _of_lives(factor: float) -> list[str]:
     return ["life [years]", *([f"over safety factor {factor:g}"] if factor > 1 else [])]
 
 
-def _lives(yearly: float, factor: float) -> list[str]:
-    """Life by a Miner sum of a year, as it is and over the safety factor."""
-    life = 1 / yearly if yearly > 0 else np.nan
+def _lives(yearly: float, factor: float, life: float) -> list[str]:
+    """Life of what corrodes, else by a Miner sum of a year, as it is and over the safety factor."""
+    if not np.isfinite(life):
+        life = 1 / yearly if yearly > 0 else np.nan
     return [_or_dash(life), *([_or_dash(life / factor)] if factor > 1 else [])]
 
 
@@ -311,7 +313,7 @@ def _show_life(life: "xr.Dataset", folder: Path) -> None:
             continue  # no cycles damage it, and its seeds are too few
         unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
         label = f"{name} of {part}" if series.count(name) > 1 else name
-        texts = [_or_dash(damage), *_lives(damage, safety)]
+        texts = [_or_dash(damage), *_lives(damage, safety, float(life.life[k]))]
         texts += [f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest)]
         rows.append([label.replace("_", " "), *texts])
     title = f"\nA life in these seas, {100 * life.attrs['probability']:.4g} % of the time, {folder / 'lifetime.nc'}"

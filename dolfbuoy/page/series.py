@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..results.after_ramp import TooShort, spectra_of, window_of
+from ..results.places import AT
 from ..results.quantities import QUANTITIES
 from ..results.running import envelope_of
 from ..results.series import unwrapped
@@ -47,11 +48,25 @@ def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, 
     for quantity in QUANTITIES.values():
         for curve in quantity.curves if quantity.name in record else ():
             values = unwrapped(record, quantity.name)
+            if quantity.kind == "place":
+                found[curve.panel] = "line", quantity.unit, list(_at_places(record.place.values, values))
+                continue
             if curve.component:
                 values = values[:, "xyz".index(curve.component)]
             kind, unit = "buoy" if quantity.kind == "buoy" else "line", quantity.unit.replace("degree", "deg")
             found.setdefault(curve.panel, (kind, unit, []))[2].append((curve.name, values))
     return found
+
+
+#: Curves of places in one panel.
+MOST_PLACES = 6
+
+
+def _at_places(names: NDArray[Any], values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """(place, its tension) of those places whose tension varies most."""
+    for k in sorted(np.argsort(-np.ptp(values, axis=0), kind="stable")[:MOST_PLACES]):
+        segment, _, where = str(names[k]).partition(AT)
+        yield f"{segment.partition('.')[2]} {where}".strip(), values[:, k]
 
 
 #: Curves share an axis unless together they span so many times what the widest of the first spans.

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from .places import AT
 from .quantities import QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Dimensions of what belongs to a cable, to a buoy, to an anchor, and to a take-off.
-OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
+OWN = {"cable": {"cable", "segment", "node", "cell", "place"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
 OWN["take_off"] = {"take_off"}
 #: Dimensions of which a part of a record has its own, or none.
 _SHARED = {"attachment", "joint"}.union(*OWN.values())
@@ -52,6 +53,9 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
     if "segment" in found.dims:
         mine = [segment for segment in names_of(record, "segment") if segment.partition(".")[0] == name]
         found = found.sel(segment=mine) if mine else found.drop_dims("segment")
+    if "place" in found.dims:
+        of = [place.partition(AT)[0].partition(".")[0] == name for place in names_of(record, "place")]
+        found = found.isel(place=np.flatnonzero(of)) if any(of) else found.drop_dims("place")
     for dimension in {"node", "cell"} & set(found.dims):
         own = np.flatnonzero(found[f"{kind}_of_{dimension}"].values == number)
         found = found.isel({dimension: slice(own[0], own[-1] + 1)})

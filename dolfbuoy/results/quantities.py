@@ -446,6 +446,7 @@ _ALL: tuple[Quantity, ...] = (
         "tension at a place of a line that [fatigue] looks at",
         read=lambda n: n["place_tension"],
         shown={"statistics": ""},
+        curves=(Curve("tension at places", ""),),
         cycles="",
     ),
     Quantity("place_s", ("place",), "m", "unstretched arc length of the place on its segment", over=""),

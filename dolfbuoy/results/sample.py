@@ -6,7 +6,7 @@ All that counts is after the ramp.  A sample is a plain dict, so that a store of
      "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
      "parted": which lines have, where and when, if any have, "criteria": verdicts, if the scene has criteria,
      "strength": {label: {"breaking_load", "steel_area", "curve": as far as the scene gives them}} of tensions,
-     "fatigue": {"corrosion", "safety_factor"} of a scene with [fatigue]}
+     "fatigue": {"corrosion", "corrosion_rate", "safety_factor"} of a scene with [fatigue]}
 """
 
 from __future__ import annotations
@@ -41,6 +41,9 @@ STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_peri
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
 #: The elevation at a point that stays where it is, and the smallest tension of a cable, as series; a number of forces.
 FIXED_POINT, SMALLEST, LASTS = "fixed_point_elevation", "smallest_tension", "lasting_maximum"
+
+#: Numbers of [fatigue] that a sample keeps.
+CORRODING = ("corrosion", "corrosion_rate", "safety_factor")
 
 
 def numbers_of(record: xr.Dataset) -> dict[str, dict[str, float]]:
@@ -93,7 +96,7 @@ def sample_of(
     strength = {label: line for label in found["cycles"] if (line := _strength(label, scene))}
     found |= {"strength": strength} if strength else {}
     if scene.fatigue is not None:
-        found["fatigue"] = {name: getattr(scene.fatigue, name) for name in ("corrosion", "safety_factor")}
+        found["fatigue"] = {name: getattr(scene.fatigue, name) for name in CORRODING}
     return found | {key: value for key, value in record.attrs.items() if key == "parted"}
 
 
@@ -173,6 +176,10 @@ class Damage(NamedTuple):
     curve: str
 
 
+#: Ages at which the damage of a chain that corrodes is taken.
+AGES = 2001
+
+
 @dataclass(frozen=True)
 class Fatigue:
     """Curve of fatigue, in place of those that the scenes give their lines; and what equivalent loads refer to.
@@ -221,6 +228,27 @@ class Fatigue:
         """Safety factor on the life, 1 without one."""
         own = sample.get("fatigue", {}).get("safety_factor", 1.0)
         return float(own if self.safety_factor is None else self.safety_factor)
+
+    def life(self, sample: dict[str, Any], label: str, yearly: float) -> float:
+        """Years until the Miner sum of a tension is 1; yearly: damage in the first of them.  nan without damage.
+
+        The bar of a chain that corrodes at a rate r does (R(c)/R(c + r t))^m times the damage after t years, with
+        the reference R of its curve; at the latest its life ends when nothing of the bar is left.
+        """
+        if not yearly > 0:
+            return np.nan
+        line, own = sample.get("strength", {}).get(label, {}), sample.get("fatigue", {})
+        rate, text = own.get("corrosion_rate", 0.0), self.curve or line.get("curve")
+        if not rate or self.constant is not None or text is None or not curve_of(text).bar:
+            return 1 / yearly
+        curve, corroded = curve_of(text), own.get("corrosion", 0.0) if self.corrosion is None else self.corrosion
+        left = np.sqrt(2 * line["steel_area"] / np.pi) - corroded
+        years = np.linspace(0.0, min(1 / yearly, left / rate * (1 - 1e-9)), AGES)
+        numbers = line.get("breaking_load"), line.get("steel_area")
+        references = np.array([curve.reference(*numbers, corroded + rate * t) for t in years])
+        pace = yearly * (references[0] / references) ** curve.exponent
+        sums = np.concatenate([[0.0], np.cumsum((pace[1:] + pace[:-1]) / 2 * np.diff(years))])
+        return float(np.interp(1.0, sums, years))
 
     def damage(self, sample: dict[str, Any], label: str) -> Damage | None:
         """Damage by the cycles of a tension; None if it has no curve.

@@ -103,7 +103,9 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     data |= columns.table(series, [LASTS], "run", complete=False)
     data |= columns.table(series, BARS.values(), "run", complete=False)
     curves: dict[str, list[str]] = {}
-    data |= columns.table(_further(runs, fatigue, curves), FURTHER, "run", complete=False)
+    further = _further(runs, fatigue, curves)
+    _age(runs, member, further, fatigue)
+    data |= columns.table(further, FURTHER, "run", complete=False)
     if curves:
         factors = [fatigue.factor(sample) for sample in samples]
         data["safety_factor"] = "run", factors, unit_and_name("1", "factor that the life is divided by")
@@ -145,7 +147,7 @@ def _labels(runs: list[Run], kept: str) -> list[str]:
 
 
 #: Numbers of some series: of elevations, whose mean periods are among NUMBERS, and of what has cycles.
-FURTHER = ("m0", "Hs", "equivalent_load", "damage")
+FURTHER = ("m0", "Hs", "equivalent_load", "damage", "life")
 
 
 def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) -> list[dict[str, dict[str, float]]]:
@@ -162,6 +164,21 @@ def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) ->
                 curves.setdefault(damage.curve, []).append(label)
         rows.append(row)
     return rows
+
+
+def _age(runs: list[Run], member: Any, rows: list[dict[str, dict[str, float]]], fatigue: Fatigue) -> None:
+    """Add the life of what corrodes, by the damage of all runs of its set, to the rows of `_further`."""
+    for one in set(member):
+        mine = [k for k, number in enumerate(member) if number == one]
+        if not any(runs[k].sample.get("fatigue", {}).get("corrosion_rate") for k in mine):
+            continue
+        for label in rows[mine[0]]:
+            known = [k for k in mine if "damage" in rows[k].get(label, {})]
+            if known == mine:
+                length = sum(runs[k].sample["duration"] for k in mine)
+                yearly = YEAR * sum(rows[k][label]["damage"] for k in mine) / length
+                for k in mine:
+                    rows[k][label]["life"] = fatigue.life(runs[mine[0]].sample, label, yearly)
 
 
 def _about(curves: dict[str, list[str]]) -> list[str]:
@@ -367,7 +384,7 @@ def _row(
     curves: dict[str, list[str]],
 ) -> tuple[float, float, float, float]:
     """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
-    damage = load = largest = math.nan
+    damage = load = largest = life = math.nan
     if all(label in run.sample["cycles"] for _, mine in states for run in mine):
         lengths = [sum(run.sample["duration"] for run in mine) for _, mine in states]
         rate = sum(  # sum n S^m per second
@@ -380,13 +397,14 @@ def _row(
         if known == worn:
             sums = (sum(one.sum for one in some) for some in known)
             damage = YEAR * sum(p * x / t for (p, _), x, t in zip(states, sums, lengths, strict=True))
+            life = fatigue.life(states[0][1][0].sample, label, damage)
             for one in itertools.chain.from_iterable(known):
                 curves.setdefault(one.curve, []).append(label)
     try:
         largest = _largest([(p, *gumbels(mine, label)) for p, mine in states], years)
     except InputError as error:
         reasons.append(f"No largest value of {years:g} years: {error}.")
-    return damage, 1 / damage if damage > 0 else math.nan, load, largest
+    return damage, life, load, largest
 
 
 def _largest(states: list[tuple[float, Gumbel, float]], years: float) -> float:

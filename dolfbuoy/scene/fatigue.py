@@ -120,6 +120,7 @@ def _known(text: str) -> str:
 CurveText = Annotated[str, Field(max_length=100), AfterValidator(_known)]
 SteelArea = Annotated[float, Field(gt=0, le=10)]
 MOST_PLACES = 10_000
+TINY = 1e-12
 
 
 class Fatigue(Section):
@@ -137,6 +138,9 @@ class Fatigue(Section):
     corrosion: Annotated[float, Field(ge=0, le=0.1)] = key(
         "diameter that the bar of a chain has lost, in the fatigue only", "m", default=0.0
     )
+    corrosion_rate: Annotated[float, Field(ge=0, le=0.01)] = key(
+        "diameter that the bar of a chain loses in a year of its life, in the fatigue only", "m", default=0.0
+    )
     safety_factor: Annotated[float, Field(ge=1, le=100)] = key(
         "factor that the life is divided by; 3 after API RP 2SK", "1", default=3.0
     )
@@ -152,12 +156,13 @@ def check_fatigue(scene: "Scene") -> None:
     """Refuse curves of lines that lack what their ranges refer to.  Raises Wrong or Missing."""
     network, fatigue = scene.network, scene.fatigue
     corrosion, thinned, any_curve = fatigue.corrosion if fatigue else 0.0, False, False
+    rate = fatigue.corrosion_rate if fatigue else 0.0
     for piece in network.pieces:
         for text in {curve_on(piece.section, fatigue, linked) for linked in (False, True)} - {None}:
             curve, any_curve = curve_of(text or ""), True
             thinned |= curve.bar
             try:
-                curve.reference(piece.section.breaking_load, piece.section.steel_area, corrosion)
+                curve.reference(piece.section.breaking_load, piece.section.steel_area, corrosion + TINY * rate)
             except Missing as error:
                 raise Missing(f"{network.key_of(piece.cable)}.{error.key}", error.why) from None
     if fatigue is None:
@@ -166,8 +171,9 @@ def check_fatigue(scene: "Scene") -> None:
         raise Missing("cable", "[fatigue] is of lines")
     if not any_curve:
         raise Missing("fatigue.curve", "or fatigue_curve of a material: without a curve there is no fatigue")
-    if corrosion and not thinned:
-        raise Wrong("fatigue.corrosion", corrosion, "goes with chains: no line here has a curve of one")
+    for name in ("corrosion", "corrosion_rate"):
+        if getattr(fatigue, name) and not thinned:
+            raise Wrong(f"fatigue.{name}", getattr(fatigue, name), "goes with chains: no line here has a curve of one")
     length = sum(piece.section.length for piece in network.pieces)
     if fatigue.spacing is not None and length > MOST_PLACES * fatigue.spacing:
         allowed = f"must be at least {length / MOST_PLACES:g} m, for {MOST_PLACES} places at most"

@@ -18,7 +18,7 @@ from dolfbuoy.check import check
 from dolfbuoy.results.record import read
 from dolfbuoy.results.sample import Fatigue, sample_of
 from dolfbuoy.results.series import Series
-from dolfbuoy.results.statistics import YEAR, Run, lifetime
+from dolfbuoy.results.statistics import YEAR, Run, lifetime, together
 
 MBL, BAR = 1e6, 0.05
 AREA = math.pi / 2 * BAR**2
@@ -404,6 +404,36 @@ def test_a_life_over_a_scatter_diagram(tmp_path):
     less = lifetime(runs, tmp_path / "seas.csv", Fatigue(curve="API studlink", safety_factor=1.0))
     assert float(less.life[k]) == pytest.approx(1000 / 316 / yearly, rel=1e-12)
     assert "life_with_factor" not in less
+
+
+@shows("fatigue.corrosion_rate")
+@pytest.mark.parametrize("rate", [0.0002, 0.0008])
+def test_a_bar_that_corrodes_lives_as_long_as_its_stress_lets_it(rate, tmp_path):
+    """Stress goes like d^-2, damage like d^-6: (1 - r L/d)^-5 = 1 + 5 r/(d D), with the damage D of the first year."""
+    (tmp_path / "seas.csv").write_text("waves.significant_height,probability\n1,1\n")
+    sample = sampled([0.05 * MBL], [1.0], steel_area=AREA, curve="DNV studless")
+    sample["fatigue"] = {"corrosion": 0.001, "corrosion_rate": rate, "safety_factor": 3.0}
+    d = BAR - 0.001
+    stress = 0.05 * MBL / (math.pi / 2 * d**2) / 1e6
+    yearly = YEAR / 100 * stress**3 / 6e10
+    expected = d / rate * (1 - (1 + 5 * rate / (d * yearly)) ** -0.2)
+    found = lifetime([Run("1", sample, "1", {"waves.significant_height": 1})], tmp_path / "seas.csv", Fatigue())
+    (k,) = np.flatnonzero(found.series.values == "tension_top")
+    assert float(found.damage_per_year[k]) == pytest.approx(yearly, rel=1e-9)
+    assert float(found.life[k]) == pytest.approx(expected, rel=1e-4)
+    assert expected < 0.9 / yearly
+    quiet = sample | {"fatigue": sample["fatigue"] | {"corrosion_rate": 0.0}}
+    assert Fatigue().life(quiet, "tension_top of line", yearly) == 1 / yearly
+
+
+def test_the_life_of_what_corrodes_is_in_the_statistics(two):
+    sample = sample_of(two, load_scene(changed(TWO, {"fatigue.corrosion_rate": 0.001})))
+    found = together([Run("1", sample, "", {})], Fatigue())
+    yearly = float(found.tension_anchor_damage[0, 0]) * YEAR / sample["duration"]
+    life = Fatigue().life(sample, "tension_anchor of cable", yearly)
+    assert float(found.tension_anchor_life[0, 0]) == pytest.approx(life, rel=1e-12)
+    assert life < 1 / yearly
+    assert "tension_anchor_life" not in together([Run("1", sample_of(two, load_scene(TWO)), "", {})], Fatigue())
 
 
 def test_a_sweep_keeps_cycles_of_places(two, call, tmp_path):

@@ -117,6 +117,7 @@ LEFT_ALONE = {
     "criteria.largest_anchor_force", "criteria.limits",
     "anchor.at", "anchor.weight", "anchor.friction", "anchor.holding_capacity", "anchor.drags", "anchor.density",
     "fatigue.curve", "fatigue.connectors", "fatigue.places", "fatigue.spacing", "fatigue.corrosion",
+    "fatigue.corrosion_rate",
     "fatigue.safety_factor", "cable.fatigue_curve", "cable.steel_area",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
