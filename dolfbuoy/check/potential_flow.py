@@ -8,7 +8,7 @@ import numpy as np
 from ..model import Array
 from ..model.airy import AirySum, dispersion_wavenumber
 from ..model.memory_fit import ENOUGH
-from ..model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of
+from ..model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of, wavenumbers
 from ..scene import Scene
 from .buoys import Upright
 
@@ -62,7 +62,7 @@ def _hull(scene: Scene, buoy: Upright, report: "Report") -> None:
         abs(rest / draft - 1) > OTHER,
         f"buoy.potential_flow is of a draft of {draft:.4g} m, the buoy floats at {rest:.4g} m.",
     )
-    own = froude_krylov(scene, buoy.section, draft, c.omega)
+    own = froude_krylov(scene, buoy.section, draft, wavenumbers(scene, c.omega))
     if c.undisturbed is not None:
         apart = _apart(c.undisturbed, own)
         report.add("Froude-Krylov force of the file against the hull's", 100 * apart, "%", "largest difference")
@@ -87,7 +87,7 @@ def _haskind(scene: Scene, omega: Array, force: Array) -> Array:
     """Damping (n, 3) that belongs to the wave forces: k |F|^2/(4 rho g c_g) in heave, half of that in a plane."""
     sea: Any = scene.sea
     g, h = scene.gravity, sea.depth
-    k = np.array([dispersion_wavenumber(2 * math.pi / w, h, g) for w in omega])
+    k = wavenumbers(scene, omega)
     kh = np.minimum(k * h, 300.0)
     speed = omega / (2 * k) * (1 + 2 * kh / np.sinh(2 * kh))
     return np.asarray((k / (4 * sea.density * g * speed))[:, None] * np.abs(force) ** 2 * [0.5, 0.5, 1.0])

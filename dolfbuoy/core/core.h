@@ -394,6 +394,8 @@ typedef struct {                /* a sum of components: scale Re(transfer exp(i 
     const double *kx, *ky, *phase, *scale, *transfer;   /* transfer: five complex numbers of each */
     const double *position;     /* of C */
     double *force, *slope, *place;                      /* 5, (5, 2), and the x and y to which they belong */
+    const int *serial;          /* of the time, with which it is summed once; NULL: at every evaluation */
+    int seen;
 } diffraction;
 
 void diffract(void *context, double *values);

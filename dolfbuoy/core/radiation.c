@@ -68,11 +68,14 @@ void recall(const void *context)
     }
 }
 
-/* Force of the diffracted waves where the body is, with its slope there. */
+/* Force of the diffracted waves where the body is, with its slope there: of many once a step, as the water's motion. */
 void diffract(void *context, double *values)
 {
     (void)values;
-    const diffraction *D = context;
+    diffraction *D = context;
+    if (D->serial && D->seen == *D->serial)
+        return;
+    D->seen = D->serial ? *D->serial : 0;
     const double x = D->position[0], y = D->position[1];
     for (int i = 0; i < FIVE; ++i)
         D->force[i] = D->slope[2 * i] = D->slope[2 * i + 1] = 0;

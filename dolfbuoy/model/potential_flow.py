@@ -72,34 +72,43 @@ def _coefficients(scene: Scene, buoy: Buoy) -> Coefficients:
 
     whole, own = forces(flow.excitation), flow.froude_krylov
     undisturbed = None if own is None else forces(own)
-    part = froude_krylov(scene, buoy, draft, omega) if undisturbed is None else undisturbed
+    part = froude_krylov(scene, buoy, draft, wavenumbers(scene, omega)) if undisturbed is None else undisturbed
     A, B = about_C(flow.added_mass), about_C(flow.damping)
     return Coefficients(omega, A, about_C(flow.added_mass_infinite)[0], B, whole - part, undisturbed)
 
 
-def froude_krylov(scene: Scene, buoy: Buoy, draft: float, omega: Array) -> Array:
+def froude_krylov(scene: Scene, buoy: Buoy, draft: float, k: Array, narrow: bool = False) -> Array:
     """Force of the undisturbed wave on the upright hull per metre, (n, 3) complex: surge, lean, heave, about C.
+
+    k: wavenumbers (n,).  narrow: of strips without `disk_averages`, whose disks have the water of their axis and its
+    gradient; right for small k R.
 
     Disks of the hull see a wave along x as J_n(k R): Gauss' theorem, -grad p integrated over them with its moment, and
     the pressure on the water plane.
     """
-    shape, g, h = shape_of(buoy), scene.gravity, scene.sea.depth
-    k = np.array([dispersion_wavenumber(2 * np.pi / w, h, g) for w in omega])
+    shape, h = shape_of(buoy), scene.sea.depth
     zeta, R, length = _axis_points(shape, draft)
-    z, (area, first) = zeta - draft, _disks(k, R)
+    z, (area, first) = zeta - draft, _disks(k, R, narrow)
     down, up = np.exp(np.outer(k, z)), np.exp(-np.outer(k, z + 2 * h))
     bottom = (1 + np.exp(-2 * k * h))[:, None]
     along, rise = -1j * k[:, None] * (down + up) / bottom * area, -k[:, None] * (down - up) / bottom
     lean = along * (zeta - mass_properties(buoy).height) - 1j * rise * first
     inside = np.stack([along @ length, lean @ length, (rise * area) @ length], axis=-1)
-    area, first = (x[:, 0] for x in _disks(k, np.array([shape.waterplane_radius(draft)])))
+    area, first = (x[:, 0] for x in _disks(k, np.array([shape.waterplane_radius(draft)]), narrow))
     plane = np.stack([0 * area, -1j * first, area], axis=-1)
-    return np.asarray(scene.sea.density * g * (inside + plane))
+    return np.asarray(scene.sea.density * scene.gravity * (inside + plane))
 
 
-def _disks(k: Array, R: Array) -> tuple[Array, Array]:
+def wavenumbers(scene: Scene, omega: Array) -> Array:
+    """k [1/m] at angular frequencies in the scene's depth."""
+    return np.array([dispersion_wavenumber(2 * np.pi / w, scene.sea.depth, scene.gravity) for w in omega])
+
+
+def _disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
     """Integrals of exp(i k x), and of x exp(i k x) over i, over disks (wavenumbers, radii)."""
     kR = np.maximum(np.outer(k, R), 1e-9)
+    if narrow:
+        return np.pi * R**2 + 0 * kR, np.pi / 4 * R**3 * kR
     return 2 * np.pi * R**2 * j1(kR) / kR, 2 * np.pi * R**3 * jn(2, kR) / kR
 
 
@@ -180,7 +189,16 @@ def modes_of_five(heave: States, plane: States, size: float) -> tuple[Array, Arr
     return np.concatenate(rates), np.concatenate(intos), np.concatenate(outs)
 
 
-def diffraction_at(c: Coefficients, omega: Array) -> Array:
-    """Diffraction (..., 3) per metre at frequencies from 0 on, above those of the file as at its highest."""
+def diffraction_at(scene: Scene, buoy: Buoy, omega: Array, k: Array) -> Array:
+    """Force (n, 3) per metre of waves along x besides what strips have, (surge, lean, heave).
+
+    Diffraction, above the frequencies of the file as at its highest, and what strips without `disk_averages` lack of
+    the force of the undisturbed wave.  omega: in the water, k: wavenumbers (n,).
+    """
+    c = coefficients_of(scene, buoy)
     known = np.concatenate([np.zeros((1, 3)), c.force])
-    return np.asarray(CubicSpline(np.append(0.0, c.omega), known)(np.minimum(omega, c.omega[-1])))
+    found = CubicSpline(np.append(0.0, c.omega), known)(np.minimum(omega, c.omega[-1]))
+    if not buoy.disk_averages:
+        draft = draft_of(scene, buoy)
+        found = found + froude_krylov(scene, buoy, draft, k) - froude_krylov(scene, buoy, draft, k, narrow=True)
+    return np.asarray(found)

@@ -22,7 +22,7 @@ from ..solver.vector_ops import Work, work
 from . import Array
 from .airy import AirySum
 from .interface import Evolution
-from .potential_flow import coefficients_of, diffraction_at, modes_of_five, states_of
+from .potential_flow import diffraction_at, modes_of_five, states_of
 from .rigid import shape_of
 
 if TYPE_CHECKING:
@@ -83,7 +83,8 @@ class Memory(Evolution):
 
 
 class Diffraction:
-    """Force of the waves' components that the hull diffracts, in C before every evaluation.
+    """Force of the waves' components that the hull diffracts, in C: of a sea once a step, with its slope, at the
+    predicted state; of a regular wave, or with `waves.kinematics` = "exact", before every evaluation.
 
     c: constants `force` (5), `slope` (5, 2) and `place` (2) of the forms.
     """
@@ -98,34 +99,36 @@ class Diffraction:
         scene, sea = self.buoy.scene, self.buoy.sea
         waves = AirySum.of(scene)
         c, s = waves.cosine, waves.sine
-        surge, lean, heave = diffraction_at(coefficients_of(scene, self.buoy.section), waves.in_water).T
+        surge, lean, heave = diffraction_at(scene, self.buoy.section, waves.in_water, waves.wavenumber).T
         force = np.column_stack([surge * c, surge * s, heave, lean * c, lean * s])
         force *= waves.amplitude[:, None] if sea.kinematics else 1.0
         pairs = np.stack([force.real, force.imag], axis=-1)
         self._kept = [np.ascontiguousarray(x) for x in (waves.wavenumber * c, waves.wavenumber * s, pairs)]
         self._kept += [sea.phases]
-        for context in self._contexts:
-            self._fill(context)
+        for context, once in self._contexts:
+            self._fill(context, once)
 
-    def _fill(self, context: Any) -> None:
-        kx, ky, transfer, phases = self._kept
+    def _fill(self, context: Any, once: bool) -> None:
+        (kx, ky, transfer, phases), sea = self._kept, self.buoy.sea.kinematics
+        once = once and sea is not None and not sea.exact
+        context.serial = core().ffi.addressof(sea.waves, "serial") if once else core().ffi.NULL
         context.count, context.kx, context.ky = len(kx), address(kx), address(ky)
         context.transfer, context.phase, context.scale = address(transfer), address(phases), self.buoy.sea.scale
 
-    def _context(self, read: Callable[[Any], Array]) -> Any:
+    def _context(self, read: Callable[[Any], Array], once: bool = False) -> Any:
         context = core().ffi.new("diffraction *")
         position = self.buoy.fields.of(read(self.buoy.state)).position
         context.position = address(position)
         for name, constant in vars(self.c).items():
             setattr(context, name, address(read(constant)))
-        self._contexts.append(context)
-        self._fill(context)
+        self._contexts.append((context, once))
+        self._fill(context, once)
         return context
 
     def follow(self, system: System) -> None:
         """Before every evaluation of a System the sum is taken where its unknowns are."""
         system.filled_by_hook(*vars(self.c).values())
-        system.hooks.add("diffract", self._context(system.numbers_of))
+        system.hooks.add("diffract", self._context(system.numbers_of, once=True))
 
     def publish(self) -> None:
         """Put it into the constants for the unknowns' Function: for forms that no System evaluates."""

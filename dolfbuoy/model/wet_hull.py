@@ -91,8 +91,7 @@ class WetHull:
         tags = compat.cell_tags(mesh, dict(zip((WET, CUT, FACE), itertools.pairwise(ends), strict=True)))
         of_tag = ((np.flatnonzero(tags.values == tag), degree) for tag, degree in zip((WET, CUT), degrees, strict=True))
         self.points = HullPoints(*(PointGroup(mesh, *group) for group in of_tag))
-        #: Coefficients of potential flow go with forces of the undisturbed wave that are right in short waves too.
-        self.averaged = (buoy.disk_averages or buoy.potential_flow is not None) and water.has_waves
+        self.averaged = buoy.disk_averages and water.has_waves
         self._frusta = np.array(pieces, dtype=np.float64)  #: [(height, height, radius, radius)]
         self.height, self.tapered, self._alive, self._to_coefficients = shape.height, shape.tapered, [], None
         self.face = self._faces(faces, ends[2])

@@ -56,7 +56,9 @@ def powers(scene, motion, instants):
     return np.array(found)
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[] if n in ("heave", "both") else pytest.mark.slow) for n in MOTIONS]
+)
 def test_still_water_takes_the_energy_of_the_file(name):
     """Over a period of a driven motion: half the square of the velocities times the damping, to 1 % of its largest."""
     scene, velocity = load_scene(CYLINDER), np.array(MOTIONS[name])
@@ -88,7 +90,7 @@ START = {"buoy_position": [0.0, 0.0, 0.1], "buoy_velocity": [0.2, 0.0, 0.0]}
 SEA = {"spectrum": "jonswap", "significant_height": 0.3, "peak_period": 3.0}
 
 
-@pytest.mark.parametrize("waves", [None, WAVES, pytest.param(SEA, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("waves", [None, *(pytest.param(waves, marks=pytest.mark.slow) for waves in (WAVES, SEA))])
 def test_energy_balances(waves):
     """What kinetic and potential energy gain is the work of the accounts, radiation among them."""
     defects, taken = [], 0.0

@@ -15,9 +15,8 @@ from scipy.linalg import expm
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.linear.seaway import responses
-from dolfbuoy.model.airy import dispersion_wavenumber
 from dolfbuoy.model.memory_fit import Kernel
-from dolfbuoy.model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of
+from dolfbuoy.model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of, wavenumbers
 
 CASES = {case["name"]: case for case in reference("radiation")["cases"]}
 CYLINDER, OES = CASES["truncated_cylinder_heave"], reference("hull")["oes_sphere_decay"]["expected"]
@@ -100,7 +99,7 @@ def test_identities(name):
     """Haskind for heave and for a vertical plane, Kramers and Kronig, Archimedes."""
     scene = scene_of(name)
     c, depth, rho = coefficients(name), scene.sea.depth, scene.sea.density
-    k = np.array([dispersion_wavenumber(2 * math.pi / w, depth, G) for w in c.omega])
+    k = wavenumbers(scene, c.omega)
     speed = c.omega / (2 * k) * (1 + 2 * k * depth / np.sinh(np.minimum(2 * k * depth, 300.0)))
     force, radiates = c.force + c.undisturbed, k / (rho * G * speed)
     low = c.omega < 2 * math.sqrt(G / scene.buoys[0].hull[30 if name == "sphere" else 0][1] * 2)
@@ -120,7 +119,7 @@ def test_undisturbed_wave(name):
     """The force of the undisturbed wave on the axis is the panels', in size, sign and phase."""
     scene = scene_of(name)
     c, buoy = coefficients(name), scene.buoys[0]
-    own = froude_krylov(scene, buoy, draft_of(scene, buoy), c.omega)
+    own = froude_krylov(scene, buoy, draft_of(scene, buoy), wavenumbers(scene, c.omega))
     apart = np.abs(own - c.undisturbed).max(axis=0) / np.abs(own).max(axis=0)
     assert apart[[0, 2]] == pytest.approx(0.0, abs=5e-3)
     assert apart[1] < 0.02
