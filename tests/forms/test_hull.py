@@ -298,6 +298,15 @@ def test_uniform_flow_and_acceleration_add_up_to_equation_10():
 STEPPED = HullShape(((0.0, 0.8), (0.5, 0.8), (0.5, 0.3), (1.7, 0.5), (2.0, 1.6), (2.9, 1.2)))
 
 
+def test_projected_areas_of_a_hull_that_widens_and_narrows():
+    """Keel, and what turns along the axis between it and the draft, whichever way: areas, half spheres, discs."""
+    shape = HullShape(((0.0, 1.0), (1.0, 3.0), (2.0, 3.0), (4.0, 1.0)))
+    for draft, radii in ((1.5, (0.0, 0.5, 1.5)), (3.0, (0.0, 0.5, 1.5, 1.0)), (4.0, (0.0, 0.5, 1.5, 0.5, 0.0))):
+        found = shape.projected(draft)
+        for (n, factor), sum_ in zip(((2, np.pi), (3, 2 / 3 * np.pi), (5, 8 / 45)), found, strict=True):
+            assert sum_ == pytest.approx(factor * sum(abs(b**n - a**n) for a, b in itertools.pairwise(radii)))
+
+
 def stepped_radius(z):
     """Half the diameters between the stations above."""
     return np.interp(z, [0.5, 1.7, 2.0, 2.9], [0.15, 0.25, 0.8, 0.6]) if z > 0.5 else 0.4

@@ -15,6 +15,7 @@ from petsc4py import PETSc
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 
 @pytest.mark.parametrize("chord", [1e-3, 1e-2, 0.3])
@@ -27,6 +28,18 @@ def test_it_does_not_stop_before_the_residual_is_gone(chord):
     cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": 100.0, "elements": 1, "top": top}
     record = solve_static({"cable": cable}, comm=MPI.COMM_SELF)
     assert float(record.cable_tension[0]) == pytest.approx(100.0 * (chord - 1), rel=1e-9)
+
+
+def test_a_line_search_that_finds_nothing_has_come_to_rounding_only_there():
+    problem = solve_equilibrium(load_scene("driven"), MPI.COMM_SELF)
+    newton, reason = problem.newton, PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+    try:
+        assert newton._stalled_at_rounding(reason)
+        assert not newton._stalled_at_rounding(PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT)
+        newton.x.array[:] += 1e-3
+        assert not newton._stalled_at_rounding(reason)
+    finally:
+        problem.destroy()
 
 
 @pytest.mark.parametrize("length", [10.0, 9.99976974414163])

@@ -15,6 +15,7 @@ from figure_scenes import HANGING, MOORED, NETWORK, write_free_buoy
 from made_up import RECORD, SCENE
 from scipy.spatial.transform import Rotation
 
+from dolfbuoy import simulate as whole
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.sea import elevation_at, heading, velocity_at, wavenumber
 from dolfbuoy.results import record as results
@@ -57,6 +58,16 @@ def test_paraview_has_all_of_a_network(network):
     heavy = {"Y": 200.0 * 9.81, "ring": -3.0 * 1025 * 9.81, "port.1": -0.1 * 1025 * 9.81}
     np.testing.assert_allclose(joint.point_data["net weight [N]"], [heavy[name] for name in record.joint.values])
     assert bed.points[:, 0].max() > 30.0
+
+
+def test_paraview_hulls_have_the_numbers_of_their_buoys():
+    scene = load_scene("two-buoys", time__end=0.2)
+    record = whole(scene)
+    mesh = hull_mesh(Frames(record, scene).at(0.0))
+    for number, place in enumerate(record.buoy_position.values[0]):
+        mine = mesh.cells_dict["quad"][mesh.cell_data["buoy [1]"][0] == number]
+        np.testing.assert_allclose(mesh.points[np.unique(mine)][:, :2].mean(axis=0), place[:2], atol=0.1)
+    assert np.ptp(record.buoy_position.values[0, :, 0]) > 1.0
 
 
 def test_paraview_cable_is_the_record(moored):

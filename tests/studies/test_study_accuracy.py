@@ -4,6 +4,7 @@ Source: errors of functions that splines are exact for, powers, the record of th
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -107,6 +108,19 @@ def test_a_run_holds_what_a_record_holds():
         np.testing.assert_allclose(np.squeeze(values), record[name].squeeze(), rtol=1e-9, atol=1e-9, err_msg=name)
     assert (run.steps, run.iterations) == (10, int(record.newton_iterations.sum()))
     assert run.unknowns == record.attrs["unknowns"]
+
+
+def test_advice_tells_what_was_predicted_and_what_was_measured():
+    """In words, with the setting of the scene itself."""
+    pilot = SimpleNamespace(
+        whole=load_scene("driven"), quantity="tension_top", accuracy=0.01, predicted=lambda *_: 0.03
+    )
+    choice = pilots.Candidate(Space(2, 1, 10), Stepping("bdf2", 0.1), 0.004, 12.0)
+    first, second, *_, own = advice.sentences(advice.Advice(pilot.whole, choice, 0.006, [choice], pilot, []))
+    assert first.startswith("1 % in ")
+    assert "about 12 s for the run until t = 60 s." in first
+    assert second == "Predicted 0.4 %, measured 0.6 % in the pilot."
+    assert own.endswith(": 3 % predicted.")
 
 
 def test_error_of_a_constant_is_infinite_unless_it_is_zero():
