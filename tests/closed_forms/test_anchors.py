@@ -62,6 +62,15 @@ def test_the_worst_instant_of_a_run_counts():
     assert f"{use.max():.4g} times what it holds at t = {record.time.values[use.argmax()]:g} s" in said
 
 
+@pytest.mark.parametrize(("use", "count"), [(0.999, 0), (1.0, 0), (1.001, 1), (1.05, 1)])
+def test_what_is_more_than_an_anchor_holds_is_told(use, count):
+    """From 1 on, at which it just stays."""
+    scene = load_scene(RUN | {"anchor": {"holding_capacity": 1e6}})
+    record = dolfbuoy.solve_static(scene)
+    record["anchor_use"] = 0 * record.anchor_use + use
+    assert sum("would not hold" in sentence for sentence in static_warnings(record, scene)) == count
+
+
 def test_one_table_serves_all_anchors():
     scene = load_scene("three-legs", anchor={"weight": 5e4, "friction": 0.6})
     found = dolfbuoy.solve_static(scene)

@@ -13,7 +13,7 @@ from dynamics_helpers import MOORED, merged
 
 import dolfbuoy
 from dolfbuoy.errors import InputError
-from dolfbuoy.sensitivity.uncertainty import _chaos, _hypercube, uncertain_of, uncertainty
+from dolfbuoy.sensitivity.uncertainty import _chaos, _hypercube, _sampled, uncertain_of, uncertainty
 
 module = importlib.import_module("dolfbuoy.sensitivity.uncertainty")
 LENGTH = 10.0
@@ -133,3 +133,13 @@ def test_command(call, tmp_path):
         code, _, err = call("uncertain", scene, "--out", tmp_path / "out", *options)
         assert code == 2
         assert message in " ".join(err.split())
+
+
+def test_numbers_of_samples_are_those_of_their_table():
+    """Unbiased variance of few runs; shares by the squares of correlations."""
+    xi, y = np.array([[1.0, 0.5], [2.0, -0.5], [3.0, -0.5], [4.0, 0.5]]), np.array([2.0, 5.0, 6.0, 9.0])
+    (mean, sigma, low, high, r2), share = _sampled(xi, y)
+    assert (mean, sigma) == (5.5, pytest.approx(math.sqrt((3.5**2 + 0.5**2 + 0.5**2 + 3.5**2) / 3)))
+    assert (low, high) == (pytest.approx(2.45), pytest.approx(8.55))
+    assert math.isnan(r2)
+    assert share == pytest.approx([11.0**2 / 5 / 25, 0.0], abs=1e-12)

@@ -42,6 +42,21 @@ def test_a_line_search_that_finds_nothing_has_come_to_rounding_only_there():
         problem.destroy()
 
 
+@pytest.mark.parametrize("worst", ["buoy force", "cable tension"])
+def test_the_block_with_the_largest_residual_is_named(worst, monkeypatch):
+    """One that is no number is the worst."""
+    problem = solve_equilibrium(load_scene("driven"), MPI.COMM_SELF)
+    newton, reason = problem.newton, PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT
+    sizes = {"cable position": 0.5, "buoy force": 3.0, "cable tension": np.nan if worst == "cable tension" else 0.1}
+    monkeypatch.setattr(newton, "_checked", lambda: (7, reason))
+    monkeypatch.setattr(newton.system, "residual_by_block", lambda: sizes)
+    try:
+        said = newton._solve_as_best()
+    finally:
+        problem.destroy()
+    assert said == (7, f"DIVERGED_MAX_IT after 7 iterations, largest residual in {worst}")
+
+
 @pytest.mark.parametrize("length", [10.0, 9.99976974414163])
 def test_a_singular_matrix_is_a_failed_solve(length):
     """A moored body without any load: nothing determines its place, and MUMPS says so more than once.

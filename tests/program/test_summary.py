@@ -5,6 +5,7 @@ Source: a made-up record whose quantities all differ, rotations of scipy, the ro
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.attitude import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.cautions import cut, steps_of_peak
 from dolfbuoy.results.quantities import over
-from dolfbuoy.results.summary import static_rows, summary, warnings
+from dolfbuoy.results.summary import _compressed, static_rows, summary, warnings
 from dolfbuoy.studies.sweep import sweep
 
 # -- numbers -----------------------------------------------------------------------------------------------------------
@@ -301,3 +302,12 @@ def test_a_line_without_damping_that_went_slack_or_lay_is_told(cable, said):
     found = [text for text in warnings(simulate(scene), load_scene(scene)) if "no damping" in text]
     assert len(found) == (said is not None)
     assert all(text.startswith(f"The cable {said}, and has no damping: pulses") for text in found)
+
+
+@pytest.mark.parametrize(("least", "said"), [(-9800.0, 0), (-9900.0, 1)])
+def test_what_an_element_carries_before_it_buckles_is_no_warning(least, said):
+    """EI (pi/h)^2 of an element that bends: 9870 N of 1 kN m^2 over 1 m."""
+    rod = SimpleNamespace(bending_stiffness=1e3, length=6.0, elements=6)
+    tension = ("cell", np.array([500.0, least, 400.0, 300.0, 200.0, 100.0]))
+    record = ALONE.assign(cable_tension_minimum=tension, cable_tension_maximum=("cell", np.full(6, 500.0)))
+    assert len(_compressed(record, [rod])) == said
