@@ -427,6 +427,8 @@ def test_the_main_period_of_a_sea():
     scene = {"sea": SEA, "cable": CABLE | HELD}
     components = [[1.0, 9.0, 0.0, 0.0], [2.0, 5.0, 0.0, 0.0]]
     assert load_scene(scene | {"waves": {"components": components}}).waves.main_period == 5.0
+    table = [[0.05, 0.0], [0.1, 1.0], [0.125, 4.0], [0.2, 0.5]]
+    assert load_scene(scene | {"waves": {"spectrum": table}}).waves.main_period == 8.0
     record = [[t, math.sin(2 * math.pi * (t + 0.05) / 8)] for t in np.arange(0, 40, 0.1).tolist()]
     assert load_scene(scene | {"waves": {"elevation": record}}).waves.main_period == pytest.approx(8.0, rel=1e-9)
 

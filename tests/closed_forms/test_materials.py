@@ -76,19 +76,19 @@ def test_chain():
 
 
 @pytest.mark.parametrize(
-    ("name", "across", "along"),
+    ("name", "across", "along", "added"),
     [
-        ("chain R4 studless 84 mm", 2.4, 1.15),
-        ("chain R4 studlink 84 mm", 2.6, 1.4),
-        ("wire 90 mm", 1.2, 0.0),
-        ("wire IWRC 90 mm", 1.8, 0.0),
-        ("polyester 160 mm", 1.6, 0.0),
+        ("chain R4 studless 84 mm", 2.4, 1.15, 1.0),
+        ("chain R4 studlink 84 mm", 2.6, 1.4, 1.0),
+        ("wire 90 mm", 1.2, 0.0, 1.0),
+        ("wire IWRC 90 mm", 1.8, 0.0, 1.0),
+        ("polyester 160 mm", 1.6, 0.0, 1.1),
     ],
 )
-def test_drag_is_that_of_dnv(name, across, along):
-    """DNV-OS-E301, Ch. 2 Sec. 1, on the nominal diameter."""
+def test_drag_is_that_of_dnv(name, across, along, added):
+    """DNV-OS-E301, Ch. 2 Sec. 1, on the nominal diameter; added mass of ropes of Bureau Veritas NR 493."""
     found = material(name)
-    assert (found["normal_drag"], found.get("tangential_drag", 0.0)) == (across, along)
+    assert (found["normal_drag"], found.get("tangential_drag", 0.0), found["added_mass"]) == (across, along, added)
 
 
 @pytest.mark.parametrize("size", [12.0, 24.5, 80.0])

@@ -14,7 +14,7 @@ import dolfbuoy
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.rigid import rotation_of
 from dolfbuoy.sensitivity import calibrate
-from dolfbuoy.sensitivity.accelerations import accelerations
+from dolfbuoy.sensitivity.accelerations import _second, accelerations
 
 module = importlib.import_module("dolfbuoy.sensitivity.calibration")
 DRIVEN = {"time.end": 20.0, "time.step": 0.1, "time.scheme": "bdf2", "cable.elements": 10}
@@ -185,3 +185,10 @@ def test_command(call, twin, tmp_path):
         code, _, err = call("calibrate", "driven", *where, "--fit", bad)
         assert code == 2
         assert "must have the form KEY=LOW..HIGH" in " ".join(err.split())
+
+
+def test_accelerations_at_both_ends_go_on_in_a_line():
+    """Exact for a cubic at equal steps, ends included."""
+    t = np.arange(0.0, 2.05, 0.1)
+    x = np.column_stack([t**3 - t, 4 * t**2, 0 * t])
+    assert _second(t, x) == pytest.approx(np.column_stack([6 * t, 0 * t + 8.0, 0 * t]), abs=1e-9)

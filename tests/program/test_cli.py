@@ -159,6 +159,16 @@ def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
         assert "Interrupted" in err
 
 
+def test_doctor_fails_with_one_test_that_does(call, monkeypatch):
+    from dolfbuoy.commands import doctor
+
+    monkeypatch.setattr(doctor, "examine", lambda: [("forms", True, "compile"), ("MPI", False, "does not start")])
+    code, out, _ = call("doctor")
+    assert code == 1
+    assert "ok     forms: compile" in out
+    assert "FAILED MPI: does not start" in out
+
+
 def test_doctor(call):
     code, out, _ = call("doctor")
     assert code == 0, out
