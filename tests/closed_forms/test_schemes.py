@@ -3,6 +3,8 @@
 Source: rods by scipy, a rotating cable in closed form, Richardson's limit, amplification factors by hand.
 """
 
+import math
+
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged, rates, running
@@ -228,3 +230,12 @@ def test_spectral_radius(radius):
     """Very fast motions shrink by the spectral radius in every step: a double root, hence n radius^n after n steps."""
     amplitudes = [oscillate(GeneralizedAlpha(radius), 1e5, 1.0, n) for n in (5, 6)]
     assert amplitudes[1] == pytest.approx(radius * 6 / 5 * amplitudes[0], rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("scheme", [BackwardEuler(), BDF2()], ids=lambda scheme: scheme.name)
+def test_error_of_a_rate_is_its_lag(scheme):
+    """Of t^(p + 1) at t = 0, where the rate is 0: - lag h^p (p + 1)!."""
+    h, p = 0.25, scheme.order
+    _, history = scheme.formula(h)
+    rate = sum(weight * (-(row + 1) * h) ** (p + 1) for weight, row in history.terms) / history.over
+    assert rate == pytest.approx(-scheme.lag * h**p * math.factorial(p + 1))
