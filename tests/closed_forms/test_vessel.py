@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import InputError, Session, load_scene, simulate, solve_static
 from dolfbuoy.model.prescribed_ends import direction_of, motion_of
 from dolfbuoy.model.riding import rider_of
+from dolfbuoy.scene.cable import EndDirection
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
 POINTS = {"bow": [5.0, 1.0, -1.0], "stern": [-5.0, 0.0, -0.5]}
@@ -270,6 +271,18 @@ def test_in_several_waves_responses_add_up_and_lie_between_rows():
         one = in_waves(t, amplitude, k, omega, HEADING + direction, np.radians(phase), 1.0, between(period, direction))
         shift, angles = shift + one[0], angles + one[1]
     np.testing.assert_allclose(path(t), fairlead(BOW, shift, angles), rtol=0, atol=1e-9)
+
+
+def test_a_direction_turns_with_its_vessel():
+    """And with its heading, also where it rests."""
+    given, (vessel,) = EndDirection(direction=(0.6, 0.0, -0.8)), load_scene(SCENE).vessel
+    for t, *direction in vessel.clamp(given).motion:
+        roll, pitch, yaw = motion(t)[1]
+        turn = Rotation.from_euler("xyz", [roll, pitch, yaw + HEADING], degrees=True)
+        np.testing.assert_allclose(direction, turn.apply([0.6, 0.0, -0.8]), atol=1e-12)
+    (still,) = load_scene(changed(motion=None)).vessel
+    upright = Rotation.from_euler("z", HEADING, degrees=True)
+    np.testing.assert_allclose(still.clamp(given).direction, upright.apply([0.6, 0.0, -0.8]), atol=1e-12)
 
 
 def test_how_high_a_wave_lifts_a_point():
