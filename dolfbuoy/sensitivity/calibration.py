@@ -169,6 +169,8 @@ def _measured(record, base, of, noise, point, offset):
 def _of_record(record, base, point):
     from ..results.record import read
 
+    if isinstance(record, str | Path) and not Path(record).is_file():
+        raise InputError(f"--record {record}: must be a file, results.nc of a run or CSV with a column time.")
     dataset = read(record) if isinstance(record, str | Path) else record
     if "time" not in dataset:
         raise InputError(f"--record {record}: has no series over time.")

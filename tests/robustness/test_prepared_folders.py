@@ -45,6 +45,11 @@ WRITTEN = {
     "periodic driven --out {folder}": ("periodic.nc", "periodic.toml"),
     "import moordyn {lines} --out {folder}/mine.toml": ("mine.toml",),
     "new {folder}/mine": ("mine.toml",),
+    "library --out {folder}": ("libdolfbuoy.so", "dolfbuoy.h"),
+    "fmu {scene} --drive chain.from --out {folder}/mine.fmu": ("mine.fmu",),
+    "sensitivity {scene} --static --by cable.length --out {folder}": ("sensitivity.nc", "figures/tornado.svg"),
+    "uncertain {scene} --set uncertain.gravity=0.1 --out {folder}": ("uncertain.nc",),
+    "design {scene} --vary cable.length=1..2 --least cable.length --out {folder}": ("design.nc", "designed.toml"),
 }
 FILES = [(command, name) for command, names in WRITTEN.items() for name in names]
 
@@ -100,6 +105,7 @@ def test_files_of_the_user_stay(call, line, tmp_path, command, name):
     """And the refusal names them, before anything is computed."""
     folder = tmp_path / "mine"
     folder.mkdir()
+    (folder / name).parent.mkdir(exist_ok=True)
     (folder / name).write_text(OWN)
     code, _, said = call(*line(command, folder))
     assert code == 2, said
