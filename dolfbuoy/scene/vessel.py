@@ -171,19 +171,8 @@ class RidingDirection(EndDirection):
 
 def turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:
     """A vector after roll, pitch and yaw [deg], in this order about the axes of the world."""
-    x, y, z = point
-    for angle, turn in ((roll, _about_x), (pitch, _about_y), (yaw, _about_z)):
-        x, y, z = turn(x, y, z, math.cos(math.radians(angle)), math.sin(math.radians(angle)))
-    return [x, y, z]
-
-
-def _about_x(x: float, y: float, z: float, c: float, s: float) -> tuple[float, float, float]:
-    return x, c * y - s * z, s * y + c * z
-
-
-def _about_y(x: float, y: float, z: float, c: float, s: float) -> tuple[float, float, float]:
-    return c * x + s * z, y, c * z - s * x
-
-
-def _about_z(x: float, y: float, z: float, c: float, s: float) -> tuple[float, float, float]:
-    return c * x - s * y, s * x + c * y, z
+    found = list(point)
+    for axis, angle in enumerate((roll, pitch, yaw)):
+        c, s, i, j = math.cos(math.radians(angle)), math.sin(math.radians(angle)), (axis + 1) % 3, (axis + 2) % 3
+        found[i], found[j] = c * found[i] - s * found[j], s * found[i] + c * found[j]
+    return found
