@@ -54,7 +54,7 @@ def test_loads_of_the_storm_converge():
 
     That is so for seed 1, not for every sea.  Largest loads at the anchor for seed 2 [kN], in the snap at 54.7 s, with
     0.025 s: 51.8 (40 elements), 48.6 (41), 47.4 (43), 48.0 (50), 49.9 (60), 48.3 (80), 48.2 (120); 50.6 (40, 0.0125 s),
-    48.4 (80, 0.0125 s), 47.9 (160, 0.00625 s): up to 8 % by where the nodes land, not by their number; the top has 30.4.
+    48.4 (80, 0.0125 s), 47.9 (160, 0.00625 s): up to 8 % by where nodes land, not by their number; the top has 30.4.
     """
     table = {}
     for elements, step in ((20, 0.05), (40, 0.025), (80, 0.0125), (160, 0.00625)):
