@@ -1,4 +1,4 @@
-"""Measured lines and buoys beside what dolfbuoy and MoorDyn compute for them.
+"""Measured lines and a measured buoy beside what dolfbuoy and MoorDyn compute for them.
 
     .venv/bin/python -m tests.verification.measured [--no-moordyn]
 
@@ -6,6 +6,7 @@ Each test is a scene with the numbers that its authors give, nothing fitted; whe
 remark says what was taken.  Origins and licences of the measured series: tests/reference/README.md.
 """
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -170,7 +171,85 @@ def study(folder: Path, moordyn: bool) -> list[Table]:
     notes = [f"{test.name}: {test.remark}." for test in tests]
     if moordyn:
         notes += [f"MoorDyn, {test.name}: {note}." for test in tests for note in exported(test).notes]
-    return [Table("measured", rows, "Measured top tensions", COLUMNS, notes, draw(tests, curves))]
+    return [
+        Table("measured", rows, "Measured top tensions", COLUMNS, notes, draw(tests, curves)),
+        Table("measured-decay", decays(), "Measured heave decay of a sphere", DECAY, DECAY_NOTES),
+    ]
+
+
+# -- the sphere ----------------------------------------------------------------------------------------------------
+
+RADIUS, MASS = 0.15, 7.056
+DECAY = {
+    "height": "released from [mm]",
+    "hull": "hull",
+    "period": "first period [s]",
+    "period_percent": "difference [%]",
+    "rate": "decay rate [1/s]",
+    "rate_percent": "difference [%]",
+    "trough": "first trough [mm]",
+    "trough_percent": "difference [%]",
+}
+DECAY_NOTES = [
+    "Differences are from Kramer et al. 2021. With memory: radiation by Capytaine's coefficients (tests/reference/"
+    "sphere_of_kramer.nc), buoyancy of the hull as it is wetted. Without: added mass of half of the displaced mass and "
+    'wave_damping = "radiation", the estimate of one constant.',
+    "From 150 mm the sphere begins above the water; its waves are those of its place at rest. The code of the same "
+    "theory in the paper (LPF2) decays as fast, to 1 %.",
+]
+
+
+def sphere(**coefficients: Any) -> dict[str, Any]:
+    """The measured sphere in chords of 3 degrees, with the hydrodynamic keys of its hull."""
+    angle = np.linspace(0.0, np.pi, 61)
+    hull = np.column_stack([RADIUS * (1 - np.cos(angle)), 2 * RADIUS * np.sin(angle)])
+    hull[[0, -1], 1] = 0.0
+    return {
+        "gravity": 9.82,
+        "sea": {"depth": 0.9, "density": 998.2},
+        "buoy": {
+            "hull": hull.tolist(), "mass": MASS, "center_of_mass": 0.1152, "inertia": [0.0982, 0.0731], **coefficients,
+        },
+        "time": {"end": 4.0, "step": 0.002, "scheme": "generalized-alpha"},
+    }  # fmt: skip
+
+
+HULLS = {
+    "with memory": {"potential_flow": str(DATA / "sphere_of_kramer.nc")},
+    "without": {"axial_added_mass": 0.5, "wave_damping": "radiation"},
+}
+
+
+def decay(scene: dict[str, Any], height: float) -> tuple[float, float, float]:
+    """(first damped period [s], decay rate [1/s], first trough [m]) of the sphere after its release from a height [m]
+    above its rest, as the measurements were reduced."""
+    rest = scene["buoy"]["center_of_mass"] - RADIUS
+    record = simulate(scene, initial={"buoy_position": [0.0, 0.0, rest + height]})
+    t, z = record.time.values, record.buoy_position.values[:, 0, 2] - rest
+    zeros = [a - za * (b - a) / (zb - za) for a, b, za, zb in zip(t, t[1:], z, z[1:], strict=False) if za * zb < 0]
+    inner = (np.flatnonzero((z[1:-1] - z[:-2]) * (z[2:] - z[1:-1]) < 0) + 1)[:6]
+    slope = np.polyfit(t[inner], np.log(np.abs(z[inner])), 1)[0]
+    return 2 * (zeros[1] - zeros[0]), -slope, abs(z[inner[0]])
+
+
+def measured_decays() -> dict[int, dict[str, float]]:
+    """Rows of the measurements by the height [mm]."""
+    lines = (DATA / "kramer2021_sphere.csv").read_text().splitlines()
+    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
+    return {int(row["H0_mm"]): {name: float(value) for name, value in row.items()} for row in rows}
+
+
+def decays() -> list[dict[str, Any]]:
+    """A row for each height and hull."""
+    rows = []
+    for height, row in measured_decays().items():
+        for hull, coefficients in HULLS.items():
+            period, rate, trough = decay(sphere(**coefficients), height / 1000)
+            found = {"period": period, "rate": rate, "trough": 1000 * trough}
+            exact = {"period": row["T1_s"], "rate": row["decay_per_s"], "trough": row["trough_mm"]}
+            apart = {f"{name}_percent": 100 * (found[name] / exact[name] - 1) for name in exact}
+            rows.append({"height": height, "hull": hull} | found | apart)
+    return rows
 
 
 def draw(tests: list[Test], curves: list[tuple[Test, str, Array]]) -> Figure:
