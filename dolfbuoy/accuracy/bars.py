@@ -149,6 +149,8 @@ def _compared(
 
     fine, coarse: in one window, which stands for all of the series by the range in it, unless it is the `whole` matter.
     """
+    if not all(np.isfinite(one.x).all() for one in (series, fine, coarse)):  # the radius of what is straight
+        return dict.fromkeys(FLOOR, math.nan), math.nan, False
     x = np.interp(coarse.t, fine.t, fine.x)
     rms = math.sqrt(np.mean((x - coarse.x) ** 2))
     share = np.ptp(series.x) / np.ptp(fine.x) if np.ptp(fine.x) > 0 and not whole else 1.0

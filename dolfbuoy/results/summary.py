@@ -150,6 +150,9 @@ def _range(name: str, values: ArrayLike, unit: str, scale: float = 1.0) -> tuple
     return name, f"{float(np.min(values)) * scale:.4g} ... {float(np.max(values)) * scale:.4g}", unit
 
 
+_OF_BENDING = "anchor_moment", "end_moment", "min_bend_radius", "bend_utilisation"
+
+
 def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, str]]:
     """Rows of `summary` of a cable; low, high: what the ends s = 0 and s = L are called."""
     force = np.linalg.norm(record.anchor_force, axis=-1)
@@ -164,6 +167,8 @@ def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, st
         unit, factor = force_unit(record.tension_top)
         rows.insert(1, (f"exceeded there for {LASTING:g} s", f"{factor * lasting:.4g}", unit))
     rows.append(("s of the largest", f"{float(record.s_cell[largest.argmax()]):.4g}", "m"))
+    if "largest_curvature" in record and not record.largest_curvature.any():  # it does not bend, others do
+        record = record.drop_vars(_OF_BENDING, errors="ignore")
     return rows + _declared(record, "cable")
 
 

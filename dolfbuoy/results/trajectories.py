@@ -269,6 +269,8 @@ def curvature(record: xr.Dataset, scene: Scene) -> Figure:
     rows = after_ramp(frames, scene, 2, "curvature along the cable")
     values = record.curvature.values[rows]
     largest = next((record[name].values for name in _LARGEST if name in record), values.max(axis=0))
+    if not largest.any():
+        raise Missing("It does not bend.")
     figure = new_figure(COLUMN, 2.6)
     axes = figure.subplots()
     axes.fill_between(s, values.min(axis=0), largest, color=COLORS["sky"], alpha=0.25, lw=0)

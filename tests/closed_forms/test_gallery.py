@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp, solve_ivp, trapezoid
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 import dolfbuoy
 from dolfbuoy.scene import load_scene
@@ -186,6 +187,41 @@ def test_power_cable_is_an_elastica_on_springs():
     assert float(found.end_moment) == pytest.approx(abs(solved.y[-2, -1]), rel=2e-3)
     curvature = max(np.abs(solved.y[5 * i + 3]).max() / EI[i] for i in range(n))
     assert float(found.min_bend_radius) == pytest.approx(1 / curvature, rel=5e-3)
+
+
+def test_hose_between_buoys_is_an_elastica():
+    """In still water: Kirchhoff's equations between the ends and directions that the buoys have; alike at both ends."""
+    scene = load_scene("hose", current=None, waves=None)
+    found = alone.solve_static(scene)
+    c, hose = next(p.section for p in scene.network.pieces if p.section.bending_stiffness), found.cable_of_node == 2
+    w, EI = G * (c.line_density - RHO * math.pi / 4 * c.diameter**2), c.bending_stiffness
+    x, _, z = found.cable_position.values[hose].T
+    s, one = found.s.values[hose], found.sel(cable="hose")
+    angles = []
+    for buoy, own in zip(found.buoy_orientation.values, ([0.6, 0.0, -0.8], [0.6, 0.0, 0.8]), strict=True):
+        way = Rotation.from_quat(np.roll(buoy, -1)).apply(own)
+        angles.append(math.atan2(way[2], way[0]))
+
+    def slopes(s, y, p):
+        cosine, sine = np.cos(y[2]), np.sin(y[2])
+        stretch = 1 + (p[0] * cosine + y[4] * sine) / c.axial_stiffness
+        shear = p[0] * sine - y[4] * cosine
+        return np.array([stretch * cosine, stretch * sine, y[3] / EI, stretch * shear, w + 0 * s])
+
+    def gaps(low, high, p):
+        ends = [low[0] - x[0], low[1] - z[0], low[2] - angles[0]]
+        return np.array([*ends, high[0] - x[-1], high[1] - z[-1], high[2] - angles[1]])
+
+    H = float(one.end_tension[0])
+    theta = np.arctan2(np.gradient(z, s), np.gradient(x, s))
+    guess = np.array([x, z, theta, EI * np.gradient(theta, s), w * (s - s[-1] / 2)])
+    solved = solve_bvp(slopes, gaps, s, guess, [H], tol=1e-6)
+    assert solved.success, solved.message
+    assert pytest.approx(solved.p[0], rel=1e-3) == H
+    moments = [float(one.anchor_moment), float(one.end_moment)]
+    assert moments == pytest.approx(np.abs(solved.y[3, [0, -1]]), rel=5e-3)
+    assert moments[0] == pytest.approx(moments[1], rel=1e-6)
+    assert float(one.min_bend_radius) == pytest.approx(EI / moments[0], rel=1e-9)
 
 
 def test_articulated_column_turns_about_its_hinge():
