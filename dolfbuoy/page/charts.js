@@ -31,7 +31,8 @@ export class Chart {
   rangeOfValues() {
     const [low, high] = range(...this.curves.flatMap((c) => [c.y ?? [], ...(c.area ?? [])])) ?? [0, 1];
     if (this.yLog) return [low, high];
-    const room = Math.max(0.05 * (high - low), 1e-6 * Math.abs(high), 1e-9) || 1;
+    const still = high - low <= 1e-9 * Math.max(1, Math.abs(high));
+    const room = still ? Math.max(0.05 * Math.abs(high), 1e-3) : Math.max(0.05 * (high - low), 1e-6 * Math.abs(high));
     return [low - room, high + room];
   }
 

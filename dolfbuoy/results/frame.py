@@ -13,7 +13,9 @@ from ..model.airy import AirySum
 from ..model.rigid import mass_properties, mooring_offset, rotation_of
 from ..model.sea import elevation_at, velocity_at, wind_at
 from ..model.seabed import height_of_bed
+from ..model.varying import force_over_time, seed_of, varies, wind_over_time
 from ..scene import Scene
+from ..scene.lines import Sinker
 from ..scene.network import attached_ends
 from .hulls import Floating
 from .parts import names_of
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-    from ..scene.buoy import Wind
+    from ..scene.buoy import ExternalForce, Wind
     from ..scene.network import End
 
 
@@ -228,6 +230,7 @@ class Frames:
             body = self.network.bodies.get(name)
             weight = 0.0 if body is None else self.scene.gravity * (body.mass - density * body.volume)
             kind = "joint" if weight == 0 else "clump" if weight > 0 else "float"
+            kind = "fixed" if isinstance(body, Sinker) else kind
             yield Mark(name, held.kind if held else kind, weight, self.node_of(*places[name]))
         for piece, end, holder in self._ends():
             if holder.name is None and holder.kind != "buoy":
@@ -257,11 +260,14 @@ class Frames:
             force, wind = buoy.external_force, buoy.wind
             if force:
                 arm = upright.arm(upright.center if force.height is None else force.height)
-                vectors = lambda rows, given=force.force: np.tile(given, (len(rows), 1))  # noqa: E731
-                yield Force("outside", "external force", vectors, None, number, arm)
+                yield Force("outside", "external force", self._force(force), None, number, arm)
             if wind:
                 arm = upright.arm(wind.height)
                 yield Force("outside", "wind force", self._wind(number, wind, arm), None, number, arm)
+
+    def _force(self, section: ExternalForce) -> Callable[..., Any]:
+        pulls = force_over_time(section)
+        return lambda rows: np.array([pulls(t) for t in self.record.time.values[rows]])
 
     def _wind(self, number: int, wind: Wind, arm: NDArray[Any]) -> Callable[..., Any]:
         """Wind of a section [wind], at its height over the water; of many instants from a table over that height."""
@@ -274,7 +280,14 @@ class Frames:
                 heights = heights - AirySum.of(self.scene).over_time(times, points)
             known = np.linspace(heights.min(), heights.max(), 16) if len(rows) > 16 else np.sort(heights)
             table = np.array([wind_at(wind, height) for height in known])
-            return np.column_stack([np.interp(heights, known, column) for column in table.T])
+            found = np.column_stack([np.interp(heights, known, column) for column in table.T])
+            if not varies(wind):
+                return found
+            blows = wind_over_time(wind, seed_of(self.scene, wind))
+            weather = [blows(t) for t in self.record.time.values[rows]]
+            steady = wind_over_time(wind, None)(0.0)[0] or math.inf
+            sizes = np.linalg.norm(found, axis=1)
+            return np.array([f * (v / steady) ** 2 * way for f, (v, way) in zip(sizes, weather, strict=True)])
 
         return vectors
 

@@ -9,6 +9,8 @@ from .shapes import BY_SHAPE, SOURCE
 
 #: Keys on top that a page or report has in its heading.
 OF_REPORTS = ("title", "project", "author", "revision")
+#: Numbers from here on have their digits in groups.
+MANY = 1e6
 #: Numbers of a list that are shown; of more only how many there are.
 MOST_NUMBERS = 12
 
@@ -75,4 +77,6 @@ def _text(value: Any) -> str:
         return f"{len(value)} rows" if count > MOST_NUMBERS else f"[{', '.join(map(_text, value))}]"
     if isinstance(value, dict):
         return ", ".join(f"{name} = {_text(one)}" for name, one in value.items())
+    if isinstance(value, int | float) and MANY <= abs(value) < 1e15:
+        return f"{float(f'{value:.6g}'):,.0f}"  # 66,953,600: the exponent of 6.69536e+07 is easily overlooked
     return f"{value:g}" if isinstance(value, int | float) else str(value)

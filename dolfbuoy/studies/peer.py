@@ -15,7 +15,8 @@ from ..errors import InputError, SolveError
 from ..formats.moordyn_run import Series, moordyn_module, run
 from ..formats.to_moordyn import Numerics, Start, export, start_of
 from ..model.rigid import axis_offset, rotation_of
-from ..results.style import PAGE, new_figure, save
+from ..results.quantities import QUANTITIES
+from ..results.style import COLORS, PAGE, legend_above, new_figure, save
 from ..scene import Scene
 from ..statics.catenary import Array
 from .study import Row
@@ -130,9 +131,21 @@ def draw(found: Comparison, folder: Path) -> list[Path]:
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for ax, name in zip(axes, names, strict=True):
         factor = 1e-3 if "tension" in name else 1.0
+        seen = []
         for (t, series), label, style in ((found.ours, "dolfbuoy", "-"), (found.theirs, "MoorDyn", "--")):
-            ax.plot(t, factor * series[name], style, label=label)
-        ax.set_ylabel(f"{name}\n[{'kN' if factor < 1 else 'm'}]")
-    axes[0].legend(loc="upper right", ncol=2)
-    axes[-1].set_xlabel("t [s]")
+            ax.plot(t, factor * series[name], style, color=COLORS["blue" if style == "-" else "red"], label=label)
+            seen.append(factor * series[name][t >= (0 if style == "-" else t[-1] / 2)])
+        low, high = min(x.min() for x in seen), max(x.max() for x in seen)  # not of the shock that MoorDyn starts with
+        room = 0.06 * (high - low) or 1.0
+        ax.set_ylim(low - room, high + room)
+        ax.set_ylabel(f"{_in_words(name)}\n[{'kN' if factor < 1 else 'm'}]")
+    legend_above(axes[0], 2)
+    axes[-1].set_xlabel("time [s]")
     return save(figure, folder / "comparison")
+
+
+def _in_words(name: str) -> str:
+    """`PART: what` of a series, as a label of its axis."""
+    part, _, quantity = name.rpartition(": ")
+    known = QUANTITIES.get(quantity)
+    return "\n".join(filter(None, (part, (known and known.compared) or quantity.replace("_", " "))))

@@ -48,7 +48,7 @@ def momentum(scene):
     return dolfbuoy.simulate(load_scene(scene)).linear_momentum.values[-1, 0]
 
 
-@shows("external_force.over_time")
+@shows("external_force.over_time", "buoy.external_force.over_time")
 def test_a_force_over_time_is_added():
     """Its impulse is the area under the rows, and after the last one it stays."""
     rows = [[0.0, 0.0, 0.0, 5.0], [0.5, 20.0, 0.0, 5.0], [1.5, -10.0, 4.0, 5.0]]
@@ -57,7 +57,7 @@ def test_a_force_over_time_is_added():
     np.testing.assert_allclose(found, [x, 4.0 / 2 + 0.5 * 4.0, 10.0], atol=0.03)
 
 
-@shows("wind.over_time")
+@shows("wind.over_time", "buoy.wind.over_time")
 def test_a_wind_over_time_turns_as_a_vector():
     """Half way between rows at a right angle it is as weak as the vector between them."""
     rows = [[0.0, 1.0, 0.0], [2.0, 1.0, 90.0]]
@@ -69,6 +69,7 @@ def test_a_wind_over_time_turns_as_a_vector():
 
 
 @shows("wind.gusts", "wind.seed", "wind.ramp", "wind.turbulence")
+@shows("buoy.wind.gusts", "buoy.wind.seed", "buoy.wind.ramp", "buoy.wind.turbulence")
 @pytest.mark.parametrize("gusts", [{"gusts": "npd"}, {"gusts": "kaimal", "turbulence": 0.12}])
 def test_gusts_push_with_the_speed_of_the_moment(gusts):
     wind = WIND | gusts | {"seed": 4, "ramp": 1.0}
