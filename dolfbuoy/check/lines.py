@@ -19,6 +19,7 @@ from ..results.summary import UNSEEN
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.network import Network
+from ..scene.stiffness import TensionTable
 from ..solver import compat
 from .bending import bent_at_rest
 
@@ -31,6 +32,8 @@ LEAST_TENSION = 1e-4
 ROUNDING = 1e-9
 #: Part of its length by which a cable lighter than water may rise above its ends without a warning.
 RISE = 1e-3
+#: Strain to which a line is stretched by Hooke's law without a warning: more than any rope bears.
+STRETCHED = 0.5
 #: Keys by which pieces of a cable differ.
 MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass", "damping", "slack")
 #: Steps in which an elastic wave runs along a line and back for the peak of a snap (12 gave 6 % less than 25, 6 gave
@@ -151,6 +154,9 @@ def _forces(problem: Problem, report: "Report", cable: int) -> None:
     report.add(f"equilibrium: tension{of} at {high}", float(np.linalg.norm(pulls[1])), "N")
     report.add(f"equilibrium: force{of} at {low}", float(np.linalg.norm(pulls[0])), "N")
     report.add(f"equilibrium: uplift{of} at {low}", -pulls[0][2], "N", "the part that pulls it up")
+    held = zip(pulls, (network.first_of(cable), network.last_of(cable)), strict=True)
+    said = [_stretched(float(np.linalg.norm(pull)), network.pieces[k].section.axial_stiffness, of) for pull, k in held]
+    report.warn(any(said), max(said, key=len))
     grown = [problem.lines.holder(k) for k in network.pieces_of(cable) if network.pieces[k].section.marine_growth]
     if grown and problem.scene.sea:
         found = [(lines.growth, lines.line_of_cell == k) for lines, k in grown]
@@ -159,6 +165,20 @@ def _forces(problem: Problem, report: "Report", cable: int) -> None:
         remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
         weight = problem.comm.allreduce(sum(float(growth.weights[here].sum()) for growth, here in found))
         report.add(f"marine growth adds in water{to}", weight, "N", remark)
+
+
+def _stretched(pull: float, stiffness: float, of: str) -> str:
+    """Warning of a pull at an end [N] beyond what an axial stiffness was given for; of: " of NAME"."""
+    if isinstance(stiffness, TensionTable):
+        last = stiffness.rows[-1][1]
+        beyond, what = pull > last, f"has {pull:.4g} N, beyond the {last:.4g} N of the last row of axial_stiffness"
+    else:
+        stretch = 100 * pull / stiffness
+        beyond, what = (
+            pull > STRETCHED * stiffness,
+            f"is stretched by {stretch:.3g} %: look at axial_stiffness and length",
+        )
+    return f"The equilibrium{of} {what}." if beyond else ""
 
 
 def _rising(problem: Problem, report: "Report", cable: int) -> None:

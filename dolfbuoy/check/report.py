@@ -15,7 +15,6 @@ from ..model.problem import Problem
 from ..parallel.ranks import bcast
 from ..scene import Scene, load_scene
 from ..scene.cable import Top
-from ..scene.network import Network
 from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import check_first_shape
 from .accuracy import expected
@@ -85,7 +84,7 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
     Raises InputError for a buoy that sinks.
     """
     report, network, buoys = Report(effects_of(scene)), scene.network, buoys_of(scene, rest)
-    _motions(network, report)
+    _motions(scene, report)
     of_lines(scene, network, report)
     of_fatigue(scene, report)
     if scene.sea and scene.gravity:
@@ -100,9 +99,19 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
     return report
 
 
-def _motions(network: Network, report: Report) -> None:
-    """Add warnings on ends that are moved along rows: overshoot of the spline, jumps of the velocity."""
-    ends = {end.name or network.ends_of(p.cable)[k]: end.top for p in network.pieces for k, end in enumerate(p.ends)}
+def _motions(scene: Scene, report: Report) -> None:
+    """Add warnings on ends that are moved along rows (overshoot, jumps, their end), and on vessels in other waves."""
+    network, end = scene.network, scene.time.end if scene.time else 0.0
+    for vessel in scene.vessel or []:
+        period = scene.waves.main_period if scene.waves else 0.0
+        periods = [row[0] for row in vessel.raos or []] or [period]
+        first, last = min(periods), max(periods)
+        report.warn(
+            not first <= period <= last,
+            f"Waves of {period:.3g} s are beyond the {first:g} to {last:g} s of the raos of {vessel.name}: those of "
+            "the nearest period are taken.",
+        )
+    ends = {one.name or network.ends_of(p.cable)[k]: one.top for p in network.pieces for k, one in enumerate(p.ends)}
     for name, top in ends.items():
         if top is None or not top.motion:
             continue
@@ -112,6 +121,8 @@ def _motions(network: Network, report: Report) -> None:
             f"The motion of {name} goes {100 * beyond:.2g} % of its range beyond its rows, which a cubic spline "
             "joins: give more rows where it turns.",
         )
+        last = top.motion[-1][0]
+        report.warn(last < end, f"The motion of {name} ends at {last:g} s, and the run at {end:g} s: it rests then.")
         report.warn(
             jump,
             f"The velocity of {name} jumps by {jump:.3g} m/s from one row of its motion to the next at "

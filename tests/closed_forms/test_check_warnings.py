@@ -168,6 +168,45 @@ def test_elements_at_the_touchdown(degree, share):
     assert most == pytest.approx(share * 76.30e3 / 700, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("stiffness", "high", "said"),
+    [
+        (100.0, 1.4, []),
+        (100.0, 1.6, ["The equilibrium is stretched by 60 %: look at axial_stiffness and length."]),
+        ([[0.0, 0.0], [1.0, 100.0]], 1.6, []),
+        (
+            [[0.0, 0.0], [0.5, 50.0]],
+            1.6,
+            ["The equilibrium has 60 N, beyond the 50 N of the last row of axial_stiffness."],
+        ),
+    ],
+)
+def test_a_line_that_is_pulled_beyond_what_it_is_known_for(stiffness, high, said):
+    """A metre of it between two points at this distance."""
+    cable = {"length": 1.0, "line_density": 1e-6, "axial_stiffness": stiffness, "elements": 4}
+    cable |= {"anchor": [0.0, 0.0, 0.0], "top": {"kind": "fixed", "position": [0.0, 0.0, high]}}
+    assert said_of({"cable": cable}, "axial_stiffness", check) == said
+
+
+@pytest.mark.parametrize(("end", "said"), [(2.0, 0), (2.1, 1)])
+def test_a_motion_that_ends_before_the_run(end, said):
+    top = {"kind": "prescribed", "position": [0.8, 0.0, 0.0], "motion": [[0, 0, 0, 0], [1, 0.1, 0, 0], [2, 0, 0, 0]]}
+    cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": 1e4, "anchor": [0.0, 0.0, 0.0], "top": top}
+    found = said_of({"cable": cable, "time": {"end": end, "step": 0.1}}, "it rests then")
+    assert found == [f"The motion of the top ends at 2 s, and the run at {end:g} s: it rests then."] * said
+
+
+@pytest.mark.parametrize(("period", "said"), [(5.0, 0), (4.9, 1), (9.1, 1)])
+def test_waves_beyond_the_response_of_a_vessel(period, said):
+    operators = [[T, 0.0, *[0.5, 10.0] * 6] for T in (9.0, 5.0)]
+    ship = {"name": "ship", "position": [0, 0, 0], "fairleads": {"bow": [0, 0, 0]}, "raos": operators}
+    line = {"length": 30.0, "line_density": 5.0, "diameter": 0.03, "axial_stiffness": 1e7, "to": "ship.bow"}
+    scene = {"sea": {"depth": 25.0}, "waves": {"amplitude": 0.2, "period": period}, "vessel": [ship], "cable": line}
+    found = said_of(scene, "raos of ship")
+    words = f"Waves of {period:g} s are beyond the 5 to 9 s of the raos of ship: those of the nearest period are taken."
+    assert found == [words] * said
+
+
 def test_a_lot_of_line_in_no_water_is_checked_in_bounded_time():
     """750 m of cable in 0.1 m of water: eigenvalue solvers that do not converge end (75 s of two solvers before)."""
     began = time.process_time()
