@@ -51,6 +51,9 @@ def bent_at_rest(problem: Problem, report: "Report") -> None:
                     f"of a taut line at {math.degrees(angle):.3g} deg; computed {bending.values[piece.cable, i]:.4g}"
                 )
                 about.add(f"moment at the {side} end", moment, "N m", remark)
+    stiffest = max(piece.section.bending_stiffness for piece in network.pieces)
+    outside = "not in the model: torsion, so no loops, and contact of a line with itself"
+    report.add("largest bending stiffness EI", stiffest, "N m^2", outside)
     for name, use in zip(network.cables, bending.utilisation, strict=True):
         if use > 0:
             about = report.about(name if len(network.cables) > 1 else "")

@@ -52,6 +52,14 @@ def convergence(
     _run("convergence", module.study, out, **wanted)
 
 
+@studies.command()
+def bending(out: Out = None) -> None:
+    """Orders of lines that bend, against elliptic integrals.  Example: dolfbuoy study bending"""
+    from ..studies.accuracy import bent as module
+
+    _run("bending", module.study, out)
+
+
 @studies.command("hard-cases")
 def hard_cases(
     only: Annotated[str | None, typer.Option(metavar="NAME", help="Names that begin so.")] = None,

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from dolfbuoy import InputError, load_scene, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.studies.accuracy import bent
 
 G = 10.0
 
@@ -292,6 +293,15 @@ def test_lines_that_bend_and_lines_that_do_not():
     assert tip[2] == pytest.approx(-(200.0 * 1e4 / 8 + pull * 1e3 / 3) / 1e6, rel=0.02)
 
 
+def test_study_of_orders(tmp_path):
+    """The tip of P L^2/EI = 5 by the study's own elliptic integrals is that of the references; P2-P1 has order 4."""
+    assert bent.elastica(5.0) == pytest.approx([0.612371639276, 0.713791523612], rel=1e-10)
+    table = bent.study(tmp_path, (8, 16))[0]
+    found = {row["pair"]: row for row in table.rows if row["cells"] == 16}
+    assert found["P2-P1"]["order_tip"] == pytest.approx(4, abs=0.2)
+    assert found["P2-P1"]["moment"] < 1e-5
+
+
 # -- what is said ------------------------------------------------------------------------------------------------------
 
 
@@ -301,6 +311,7 @@ def test_elements_longer_than_the_bend():
     rows = {name: value for name, value, *_ in coarse.numbers}
     assert rows["bending length sqrt(EI/T)"] == pytest.approx(math.sqrt(1e4 / 15032), rel=0.01)
     assert any("bending length" in warning for warning in coarse.warnings)
+    assert any("torsion" in remark for *_, remark in coarse.numbers)
     assert not any("bending length" in warning for warning in fine.warnings)
 
 
