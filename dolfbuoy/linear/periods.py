@@ -88,11 +88,13 @@ def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[st
 
 def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]]:
     """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice."""
-    radiated = Radiated(found)
+    radiated, known = Radiated(found), list[complex]()
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
         for root, vector in zip(*(x.T for x in modes_near(found, 1j * omega)), strict=True):
-            if 2 * math.pi / LONGEST < root.imag < 2 * math.pi / SHORTEST:
+            twice = any(abs(root - other) < 1e-6 * abs(root) for other in known) if radiated.there else False
+            if 2 * math.pi / LONGEST < root.imag < 2 * math.pi / SHORTEST and not twice:
+                known.append(root)
                 yield radiated.followed(root, vector)[:2] if radiated.there else (root, vector)
 
 

@@ -21,6 +21,8 @@ DOFS = ("Surge", "Heave", "Pitch")
 WHOLE, UNDISTURBED, DIFFRACTED = "excitation_force", "Froude_Krylov_force", "diffraction_force"
 #: Fewest frequencies of which a memory can be made; part of the largest damping that one below zero may have.
 FEWEST, BELOW_ZERO = 12, 0.05
+#: Part of the damping of surge, turned into another motion by their added masses, that counts as none.
+NOTHING = 0.05
 
 _size = Annotated[float, Field(ge=-1e15, le=1e15)]
 Motions = Annotated[tuple[_size, _size, _size, _size], BeforeValidator(q.finite_numbers(4))]
@@ -64,10 +66,11 @@ class PotentialFlow(Section):
             rows = getattr(self, name)
             if rows is not None and len(rows) != len(self.omega):
                 raise Wrong(name, "...", f"must hold a row for each of the {len(self.omega)} frequencies")
-        largest = max(max(row[:3]) for row in self.damping)
+        at_once, largest = self.added_mass_infinite, max(row[0] for row in self.damping)
         for place, dof in enumerate(DOFS):
             column = [row[place] for row in self.damping]
-            if min(column) < -BELOW_ZERO * max(max(column), 1e-3 * largest):  # a sphere has no pitch but rounding's
+            like_surge = largest * abs(at_once[place] / (at_once[0] or 1.0))  # pitch may radiate next to nothing
+            if min(column) < -BELOW_ZERO * max(max(column), NOTHING * like_surge):
                 allowed = f"must not be below 0, as that of {dof.lower()} is: a hull takes no energy from still water"
                 raise Wrong("damping", "...", allowed)
         return self

@@ -30,7 +30,7 @@ def schema() -> dict[str, Any]:
             model = sections_in(model.model_fields[part].annotation)[0]
         rule = sections[model.__name__]["properties"][name]
         if "anyOf" not in rule:
-            bounds = ("type", "items", "maxItems", "minItems")
+            bounds = ("type", "items", "maxItems", "minItems", "$ref")
             rule["anyOf"] = [{word: rule.pop(word) for word in bounds if word in rule}]
         if {"type": "string"} not in rule["anyOf"]:
             rule["anyOf"].append({"type": "string"})

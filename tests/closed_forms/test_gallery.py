@@ -238,3 +238,19 @@ def test_articulated_column_turns_about_its_hinge():
     expected = math.sqrt((hull + rod - m * G * lever) / inertia)
     omega = dolfbuoy.modes(scene, 8).omega.values
     assert omega[np.abs(omega - expected).argmin()] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_calm_buoys_heave_is_that_of_the_file():
+    """X = F/(C - omega^2 (M + A) - i omega B) of the file's rows, with the springs of the lines, at 7 and 10 s."""
+    from dolfbuoy.linear.seaway import responses
+
+    scene = load_scene("calm-buoy", current=None, waves=None)
+    buoy, flow = scene.buoys[0], scene.buoys[0].potential_flow
+    C = RHO * G * math.pi * 6.0**2 + 3 * 4e6 / 143.0 * (38.0 / 143.0) ** 2
+    for found in responses(scene, [7.0, 10.0]):
+        w = 2 * math.pi / found.period
+        A, B = (np.interp(w, flow.omega, [row[1] for row in rows]) for rows in (flow.added_mass, flow.damping))
+        F = complex(*(np.interp(w, flow.omega, [row[k] for row in flow.excitation]) for k in (2, 3)))
+        expected = F / (C - w**2 * (buoy.mass + A) - 1j * w * B)
+        assert abs(found.motions.heave - expected) < 0.015 * abs(expected)

@@ -6,10 +6,12 @@ Source: the same run on one rank.
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
+from helpers import REFERENCE
 from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
 from dolfbuoy.results.record import read
+from dolfbuoy.scene.buoy import HAS_THEM
 
 pytestmark = [pytest.mark.mpi, needs_mpirun]
 
@@ -35,6 +37,11 @@ SCENES = {
     ),
     "moored buoy whose factors the ranks share": merged(
         MOVING, solver={"petsc": {"pc_type": "lu", "pc_factor_mat_solver_type": "mumps"}}
+    ),
+    "buoy that makes waves": merged(
+        MOVING,
+        **dict.fromkeys((f"buoy__{name}" for name in HAS_THEM), None),
+        buoy__potential_flow=str(REFERENCE / "truncated_cylinder.nc"),
     ),
     "driven top": {
         "sea": MOORED["sea"],

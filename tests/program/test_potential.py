@@ -1,0 +1,87 @@
+"""`dolfbuoy potential`: meshes of a hull, the command without Capytaine, and with it if it is installed.
+
+Source: areas and volumes of bodies of revolution; eigenfunction matching of a truncated cylinder (Yeung 1981).
+"""
+
+import builtins
+import math
+
+import numpy as np
+import pytest
+from helpers import reference
+
+from dolfbuoy import load_scene
+from dolfbuoy.commands.potential import _floating
+from dolfbuoy.errors import InputError
+from dolfbuoy.formats.capytaine import Floating, compute, meridian
+from dolfbuoy.meshes import HullShape
+
+CYLINDER = Floating(HullShape(((0.0, 2.0), (1.6, 2.0))), 0.8, 20.0, 1025.0, 9.81)
+STEPPED = Floating(HullShape(((0.0, 1.0), (0.4, 1.0), (0.4, 3.0), (1.2, 2.0))), 0.8, math.inf, 1025.0, 9.81)
+
+
+def test_outline_of_the_wet_hull():
+    assert CYLINDER.outline == pytest.approx(np.array([[0, -0.8], [1, -0.8], [1, 0]]))
+    expected = [[0, -0.8], [0.5, -0.8], [0.5, -0.4], [1.5, -0.4], [1.25, 0.0]]
+    assert STEPPED.outline == pytest.approx(np.array(expected))
+    assert STEPPED.radius == 1.5
+
+
+@pytest.mark.parametrize("hull", [CYLINDER, STEPPED])
+def test_points_along_an_outline(hull):
+    """They keep its corners, have twice as many pieces on the finer mesh, and become shorter towards edges."""
+    coarse, fine = meridian(hull.outline, 0.2), meridian(hull.outline, 0.2, 2)
+    assert len(fine) - 1 == 2 * (len(coarse) - 1)
+    for points in (coarse, fine):
+        for corner in hull.outline:
+            assert np.linalg.norm(points - corner, axis=1).min() < 1e-12
+    r, z = fine.T
+    cones = math.pi / 3 * np.sum((r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2) * np.diff(z))
+    assert cones == pytest.approx(hull.shape.volume(hull.draft), rel=1e-12)
+    lengths = np.linalg.norm(np.diff(fine, axis=0), axis=1)
+    assert lengths[-1] < lengths[-3]
+
+
+def test_without_capytaine(monkeypatch):
+    real = builtins.__import__
+
+    def none(name, *rest, **more):
+        if name == "capytaine":
+            raise ModuleNotFoundError("No module named 'capytaine'")
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", none)
+    with pytest.raises(InputError, match=r"Capytaine is not installed: pip install 'dolfbuoy\[potential\]'"):
+        compute(CYLINDER)
+
+
+@pytest.mark.slow
+def test_with_capytaine():
+    """Coefficients of a cylinder in heave, by meshes of 90 and 360 panels, within 1 %."""
+    pytest.importorskip("capytaine", reason="Capytaine is optional: pip install 'dolfbuoy[potential]'")
+    said = []
+    data = compute(CYLINDER, 16, said.append)
+    exact = next(c for c in reference("radiation")["cases"] if c["name"] == "truncated_cylinder_heave")
+    heave = {"influenced_dof": "Heave", "radiating_dof": "Heave"}
+    finite = data.isel(omega=slice(0, -1))
+    for name, values in (("added_mass", finite.added_mass), ("damping", finite.radiation_damping)):
+        found = values.sel(heave).interp(omega=exact["inputs"]["omega"], method="cubic").values
+        assert found == pytest.approx(exact["outputs"][name], rel=0.01), name
+    at_once = float(data.added_mass.sel(heave).sel(omega=np.inf))
+    assert at_once == pytest.approx(exact["outputs"]["added_mass_infinite"], rel=0.01)
+    assert data.attrs["draft"] == 0.8
+    assert sum("panels" in sentence for sentence in said) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["driven"], "needs [buoy], [sea] and gravity"),
+        (["two-buoys", "--buoy", "third"], "--buoy third: must be one of"),
+        (["two-buoys"], "--buoy : must be one of"),
+    ],
+)
+def test_what_it_refuses(arguments, said):
+    with pytest.raises(InputError) as caught:
+        _floating(load_scene(arguments[0]), *arguments[2:] or [None])
+    assert said in str(caught.value)
