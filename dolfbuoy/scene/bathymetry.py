@@ -87,10 +87,15 @@ def depths_of(value: Any) -> Any:
 
 
 def _from_text(path: Path) -> dict[str, Any]:
-    """MoorDyn's bathymetry: a title, nGridX and nGridY, the x of all columns, then y and depths row by row."""
-    allowed = "its file must be MoorDyn's bathymetry: a title, nGridX N, nGridY M, a line of x, lines of y and depths"
+    """The seafloor file of MoorDyn 2: counts of x and y, their values, then lines x y z; or the bathymetry of
+    OpenFAST's MoorDyn: a title, nGridX, nGridY, a line of x, then y and depths row by row."""
+    allowed = (
+        "its file must be MoorDyn's: NX NY, a line of x, one of y, lines x y z; or a title, nGridX N, nGridY M, ..."
+    )
     try:
         lines = [line.split() for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
+        if len(lines[0]) == 2 and all(word.isdigit() for word in lines[0]):
+            return _seafloor([[number_of(word) for word in words] for words in lines])
         sizes = {words[0].lower(): int(words[1]) for words in lines[1:3]}
         n, m = sizes["ngridx"], sizes["ngridy"]
         rows = [[number_of(word) for word in words] for words in lines[3 : 4 + m]]
@@ -99,6 +104,15 @@ def _from_text(path: Path) -> dict[str, Any]:
     if not rows or len(rows) != m + 1 or len(rows[0]) != n or any(len(row) != n + 1 for row in rows[1:]):
         raise ValueError(allowed)
     return {"x": rows[0], "y": [row[0] for row in rows[1:]], "depth": [row[1:] for row in rows[1:]]}
+
+
+def _seafloor(rows: list[list[float]]) -> dict[str, Any]:
+    """Grid of the rows of MoorDyn 2's file.  Raises ValueError or KeyError for one that has not each point."""
+    _, x, y, *points = rows
+    heights = {(a, b): z for a, b, z in points}
+    if [len(x), len(y)] != [int(count) for count in rows[0]]:
+        raise ValueError("other counts")
+    return {"x": x, "y": y, "depth": [[-heights[a, b] for a in x] for b in y]}
 
 
 def _from_netcdf(path: Path) -> dict[str, Any]:

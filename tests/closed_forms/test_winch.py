@@ -47,6 +47,17 @@ def test_a_load_that_is_lifted():
     assert np.ptp(expected) > 0.2 * MASS * G
 
 
+def test_length_between_rows():
+    """Even where the rows are, at rest at both ends, never beyond the rows."""
+    path = path_of([[0.0, 1.0], [1.0, 2.0], [2.0, 3.0], [3.0, 4.0], [4.0, 4.0], [5.0, 2.0]])
+    assert (path(1.6) - path(1.4)) / 0.2 == pytest.approx(1.0, rel=1e-9)
+    assert path(np.array([-1.0, 0.0, 1.0, 3.0, 5.0, 9.0])) == pytest.approx([1.0, 1.0, 2.0, 4.0, 2.0, 2.0])
+    fine = path(np.linspace(0, 5, 501))
+    assert fine.max() <= 4.0
+    assert (np.diff(fine)[:300] >= 0).all()
+    assert [path(0.001) - 1.0, path(4.999) - 2.0] == pytest.approx([0.0, 0.0], abs=1e-5)
+
+
 WATER = {
     "sea": {"depth": 30.0},
     "cable": {
