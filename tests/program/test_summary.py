@@ -218,12 +218,14 @@ def test_units_of_the_record():
     """SI, degrees for angles."""
     units = {
         "N m": "anchor_moment end_moment cable_moment",
-        "m-1": "largest_curvature curvature",
+        "m-1": "largest_curvature curvature curvature_maximum curvature_maximum_after_ramp",
+        "W": "absorbed_power",
         "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal needed_weight end_tension "
-        "mooring_force cable_tension growth_weight place_tension "
+        "mooring_force cable_tension growth_weight place_tension take_off_tension "
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell place_s length_on_bed touchdown joint_position offset freeboard "
+        "anchor_moved take_off_length "
         "cable_position_minimum cable_position_maximum wave_amplitude min_bend_radius",
         "s": "time time_step frame wave_period parted_at",
         "m s-1": "cable_velocity",
