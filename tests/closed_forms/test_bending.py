@@ -324,6 +324,10 @@ def test_elements_longer_than_the_bend():
         ({"from_end": {"direction": [0.0, 0.0, 0.0]}}, "cable.from_end.direction = .*: must not be zero"),
         ({"from_end": direction(0.0, rotational_stiffness=0.0)}, "cable.from_end.rotational_stiffness = 0.0"),
         ({"bending_stiffness": 0.0, "minimum_bend_radius": 2.0}, "goes with bending_stiffness only"),
+        (
+            {"bending_stiffness": 0.0, "bending_damping": 0.1},
+            "cable.bending_damping = 0.1: goes with bending_stiffness",
+        ),
         ({"bending_stiffness": 1.0, "fails_at": {"time": 1.0}}, "does not go with fails_at"),
     ],
 )
@@ -347,3 +351,11 @@ def test_a_weld_is_of_two():
     ]
     with pytest.raises(InputError, match=r"joint.weld = True: joins two lines with bending_stiffness, not 3 at x"):
         load_scene({"cable": cables, "joint": [{"name": "x", "weld": True}]})
+
+
+def test_one_damping_along_a_line_without_a_kink():
+    base = clamped_catenary(24, 2)["cable"]
+    cut = {key: value for key, value in base.items() if key not in ("length", "elements")}
+    segments = [{"length": 60.0, "elements": 8, "bending_damping": beta} for beta in (0.1, 0.2)]
+    with pytest.raises(InputError, match=r"bending_damping = 0.2: must be that of the line it goes on from .*, 0.1 s"):
+        load_scene({"gravity": G, "cable": cut | {"segments": segments}})

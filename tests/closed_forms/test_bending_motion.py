@@ -265,6 +265,22 @@ def test_energy():
     assert defects[1] < 0.35 * defects[0]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "end"), [("long", 6.0), ("driven", 10.0)])
+def test_matrices_are_kept_where_lines_bend(name, end):
+    """New matrices and iterations of a step, by which a step with bending is less than 2.2 times as dear as one without
+    (benchmarks/stiff_lines.py): no more matrices than without, a quarter more iterations at most."""
+    cost = {}
+    for EI in (0.0, 1e2, 1e4):
+        cable = {"bending_stiffness": EI, "slack": "compressive"}
+        simulation = Simulation(load_scene(name, cable=cable, time={"end": end}))
+        steps = sum(1 for _ in simulation.run())
+        cost[EI] = simulation.newton.numbers.jacobians_total / steps, simulation.iterations / steps
+    for EI in (1e2, 1e4):
+        assert cost[EI][0] < 1.05 * cost[0.0][0]
+        assert cost[EI][1] < 1.25 * cost[0.0][1]
+
+
 # -- what a run keeps --------------------------------------------------------------------------------------------------
 
 MIXED = {
