@@ -105,7 +105,7 @@ def test_energy_of_what_a_take_off_absorbs(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_energy(name, scheme, order):
     """Of all schemes, with the end stops at work; a vessel puts in what its end does."""
-    steps = (0.01, 0.005, 0.0025)
+    steps = (0.01, 0.005, 0.0025) if order > 1 else (0.0025, 0.00125, 0.000625)  # which takes away more itself
     rows = [balance(SCENES[name], 10.0, step, scheme) for step in steps]
     found = [math.log2(abs(a["defect"] / b["defect"])) for a, b in itertools.pairwise(rows)]
     assert found[-1] == pytest.approx(order, abs=0.15)
