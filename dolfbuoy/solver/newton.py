@@ -23,6 +23,7 @@ _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
 _ACCURACY = 1e-8  # of a linear solve that is checked
 _SOLVES = 1, 5  # at most: without a check, with one
 _SLOW = 0.1  # shrinking of the increments from which on a new matrix is due
+_MOST = 50  # iterations of a solve
 _MANY = 4  # iterations of a solve after which the next one begins with a new matrix
 _EVERYWHERE = 10_000_000  # unknowns up to which each of several ranks factorises the whole matrix
 _MARGIN = 0.01  # part of the tolerance that a kept matrix has to meet, as the last increment does not square the error
@@ -100,7 +101,7 @@ class Newton:
         # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
         check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
         snes.setType("newtonls")
-        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
+        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=_MOST)
         self.choose_solver(self.direct)
         attempt, judge = (system.callbacks.work(name) for name in ("attempt", "judge_solve"))
         #: The first part of `solve`, what needs no decisions.
@@ -147,6 +148,27 @@ class Newton:
         """
         self.begin()
         return self.end()
+
+    def approach(self, most: int) -> tuple[int, bool]:
+        """At most so many iterations from `u`, which then holds where they ended: their number, and whether that is a
+        solution.
+
+        Raises SolveError, with `u` as it was, where a linear system had no solution.
+        """
+        self.snes.setTolerances(rtol=0, atol=0, stol=0, max_it=most)
+        try:
+            self.begin()
+            if self.numbers.in_order:
+                return int(self.numbers.iterations), True
+            iterations, reason = self._checked()
+        finally:
+            self.snes.setTolerances(rtol=0, atol=0, stol=0, max_it=_MOST)
+        stopped = PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT, PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+        if reason not in stopped:
+            self._go_back()
+            self.system.publish()
+            raise SolveError("no step of Newton's method was found")
+        return iterations, self._stalled_at_rounding(reason)
 
     def end(self) -> int:
         """The second part of `solve`: what to do if it did not go well, and whether the solution can be one."""

@@ -18,9 +18,10 @@ from ..errors import SolveError
 from ..scene.stiffness import secant
 from . import catenary, on_bed
 from .catenary import Array, Catenary
-from .on_bed import Bed, Lying, OnBed
+from .on_bed import UP, Bed, Lying, OnBed
 
 ORIGIN = (0.0, 0.0, 0.0)
+FLIP = np.diag([1.0, 1.0, -1.0])
 #: A length that lies counts from this part of the piece on; less is what smoothing leaves.
 LYING = 3e-5
 #: Rounds in which a table T(e) is taken as one stiffness, and a change of it that does not count.
@@ -45,7 +46,10 @@ class Joint:
 
 @dataclass(frozen=True)
 class Piece:
-    """Uniform line between two joints (indices), or points fixed to them: `length` [m], weight in water `w` [N/m]."""
+    """Uniform line between two joints (indices), or points fixed to them: `length` [m], weight in water `w` [N/m].
+
+    drag: of a stream on it, the same all along [N/m]; with one it hangs across weight and drag, and lies nowhere.
+    """
 
     start: int
     end: int
@@ -54,20 +58,45 @@ class Piece:
     EA: float
     start_offset: Sequence[float] | Array = ORIGIN
     end_offset: Sequence[float] | Array = ORIGIN
+    drag: Sequence[float] | Array = ORIGIN
+
+    @cached_property
+    def load(self) -> Array:
+        """Weight and drag [N/m]."""
+        return np.array([0.0, 0.0, -self.w]) + self.drag
+
+    @cached_property
+    def frame(self) -> Array:
+        """Axes (rows) in which the load points down."""
+        down = self.load / np.linalg.norm(self.load)
+        across = np.cross(down, np.eye(3)[np.abs(down).argmin()])
+        across /= np.linalg.norm(across)
+        return np.array([across, np.cross(across, down), -down])
 
 
 @dataclass(frozen=True)
 class Network:
-    """Joints, pieces and the bed (None: no bed)."""
+    """Joints, pieces, the bed (None: no bed) and the height of a water surface through which no light line rises."""
 
     joints: Sequence[Joint]
     pieces: Sequence[Piece]
     bed: Bed | None = None
+    surface: float | None = None
 
     @cached_property
     def floor(self) -> float | None:
         """Height of a flat bed [m]; through a sloped one lines hang while their joints are looked for."""
         return None if self.bed is None or self.bed.normal[2] < 1 else self.bed.offset
+
+    def floats(self, piece: Piece) -> bool:
+        """True if a piece may float on the surface: a light one that nothing holds above it."""
+        if self.surface is None or piece.w >= 0 or np.any(piece.drag):
+            return False
+        ends = (self.joints[piece.start], piece.start_offset), (self.joints[piece.end], piece.end_offset)
+        return all(
+            joint.free or joint.position is None or joint.position[2] + offset[2] <= self.surface
+            for joint, offset in ends
+        )
 
     def is_held(self, piece: Piece) -> bool:
         """True if both ends of a piece are held."""
@@ -100,6 +129,26 @@ class Drawn(NamedTuple):
         return np.linalg.norm(self.force(s), axis=-1)
 
 
+class Turned(NamedTuple):
+    """Shape of a piece in a frame of its own (rows): upside down under the surface, or across weight and drag."""
+
+    shape: Any
+    frame: Array
+
+    def position(self, s: ArrayLike) -> Array:
+        return np.asarray(self.shape.position(s) @ self.frame)
+
+    def force(self, s: ArrayLike) -> Array:
+        return np.asarray(self.shape.force(s) @ self.frame)
+
+    def tension(self, s: ArrayLike) -> Array:
+        return np.asarray(self.shape.tension(s))
+
+    @property
+    def length_on_bed(self) -> float:
+        return float(self.shape.length_on_bed)
+
+
 @dataclass(frozen=True)
 class Rest:
     """A network at rest: `positions` of all joints; tension at its start, length that lies and ends of every piece."""
@@ -114,10 +163,18 @@ class Rest:
     def shapes(self) -> list[Shape]:
         return [self._shape(i) for i in range(len(self.network.pieces))]
 
-    def _shape(self, i: int) -> Shape:
+    def _shape(self, i: int) -> Any:
         piece, (start, end), pull = self.network.pieces[i], self.ends[i], self.pulls[i]
-        if self.network.is_held(piece):
-            return _between(self.network, piece, start, end)
+        if (turned := _in_own_frame(self.network, piece)) is None:
+            return self._hanging(i, self.network, piece, (start, end), pull)
+        network, own, frame = turned
+        return Turned(self._hanging(i, network, own, (frame @ start, frame @ end), frame @ pull), frame)
+
+    def _hanging(self, i: int, network: Network, piece: Piece, ends: Sequence[Array], pull: Array) -> Any:
+        """Shape of a piece in a network with a bed, or without one."""
+        start, end = ends
+        if network.is_held(piece):
+            return _between(network, piece, start, end)
         if piece.w == 0:
             line = lambda s: start + np.multiply.outer(np.asarray(s, float) / piece.length, end - start)  # noqa: E731
             return Drawn(line, pull)
@@ -125,18 +182,19 @@ class Rest:
         width = float(np.hypot(*room))
         way = room / width if width > 0 else np.array([1.0, 0.0])
         along = np.array([*way, 0.0])
-        sloped = self.network.bed is not None and self.network.floor is None
+        sloped = network.bed is not None and network.floor is None
         if sloped or (0 < self.lying[i] <= LYING * piece.length and width > 1e-3 * piece.length):
-            return _between(self.network, piece, start, end)
+            return _between(network, piece, start, end)
         if self.lying[i] <= LYING * piece.length:
             return Catenary(start, along, piece.w, piece.EA, H, float(pull[2]))
-        return self._on_bed(i, along, H)
+        return self._on_bed(i, network, piece, ends, along, (H, float(pull[2])))
 
-    def _on_bed(self, i: int, along: Array, H: float) -> OnBed:
-        piece, (start, end), pull = self.network.pieces[i], self.ends[i], float(self.pulls[i, 2])
-        w, EA = piece.w, piece.EA
-        hanging = [-pull / w, piece.length - self.lying[i] + pull / w]
-        at_bed = [z - self.network.floor < AT_BED * piece.length for z in (start[2], end[2])]
+    def _on_bed(
+        self, i: int, network: Network, piece: Piece, ends: Sequence[Array], along: Array, pull: tuple[float, float]
+    ) -> OnBed:
+        (start, end), (H, V), w, EA = ends, pull, piece.w, piece.EA
+        hanging = [-V / w, piece.length - self.lying[i] + V / w]
+        at_bed = [z - network.floor < AT_BED * piece.length for z in (start[2], end[2])]
         first_length, last_length = (0.0 if low else max(part, 0.0) for low, part in zip(at_bed, hanging, strict=True))
         first = Catenary(start, along, w, EA, H, -w * first_length)
         last = Catenary(end, along, w, EA, H, 0.0)
@@ -147,8 +205,22 @@ class Rest:
         return OnBed(first, lying, Catenary(touchdown, along, w, EA, H, 0.0), first_length, last_length)
 
 
-def _between(network: Network, piece: Piece, start: Array, end: Array) -> Catenary | OnBed:
+def _in_own_frame(network: Network, piece: Piece) -> tuple[Network, Piece, Array] | None:
+    """The network and the piece as they are in the piece's own frame, and this frame; None: it is the usual one."""
+    if np.any(piece.drag):
+        own = replace(piece, w=float(np.linalg.norm(piece.load)), drag=ORIGIN)
+        return replace(network, bed=None, surface=None), own, piece.frame
+    if network.floats(piece):
+        upside_down = replace(network, bed=Bed(UP, -(network.surface or 0.0)), surface=None)
+        return upside_down, replace(piece, w=-piece.w), FLIP
+    return None
+
+
+def _between(network: Network, piece: Piece, start: Array, end: Array) -> Any:
     """Closed form of a piece between two places."""
+    if (turned := _in_own_frame(network, piece)) is not None:
+        network, own, frame = turned
+        return Turned(_between(network, own, frame @ start, frame @ end), frame)
     given = start, end, piece.length, piece.w, piece.EA
     try:
         return catenary.between(*given) if network.bed is None else on_bed.between(*given, network.bed)

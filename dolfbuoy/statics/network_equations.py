@@ -9,6 +9,9 @@ V_1 = V_0 + w (L - l), V_l the middle one of 0, V_0, V_1, h = |(n_x, n_y)|, T = 
     sum of the pieces' ends + load + R e_z = 0
     l = 0 if d > 0, L if d < 0;   R z = 0, none of them negative         (z: heights above the bed)
 
+A light piece under the surface is the same upside down: z, n_z, w and V change their signs, and so does R of a joint
+of such pieces alone.  One in a stream is the same in a frame whose vertical is the direction of weight and drag.
+
 Lines that take no compression have a convex energy, and so has a bed without friction: there is one equilibrium (of
 slack lines only the tension is determined), and these are the equations of a saddle point, convex in x and d, concave
 in the forces and l.  One number smooths them: h^2 -> h^2 + eps^2, a compliance of eps/F^2 more, R z = eps, and
@@ -37,6 +40,8 @@ LAST_SOFTNESS = 1e-16
 GOOD_EPS = 1e-6
 #: Residual in typical lengths and forces at which a state is accepted: while eps falls, and at the end.
 LOOSE, TIGHT = 1e-6, 1e-9
+#: Evaluations after which a network under a surface is given up: most take a fifth of them.
+PATIENCE = 800
 TINY = 1e-40  # complex step: derivatives exact to rounding
 #: Unknowns up to which a matrix is full: to import SciPy costs 0.1 s.
 DENSE = 200
@@ -56,7 +61,7 @@ class Equations:
     """Residual and Jacobian in units of a typical force and length; `solve` gives the rest in SI units."""
 
     def __init__(self, network: "Network"):
-        self.network, pieces, joints = network, network.pieces, network.joints
+        self.network, pieces, joints, self.evaluations = network, network.pieces, network.joints, 0
         self.free = np.array([i for i, joint in enumerate(joints) if joint.free], int)
         self.length_unit = max(piece.length for piece in pieces)
         self.force_unit = self._typical_force()
@@ -70,10 +75,33 @@ class Equations:
         self.turned = np.diff(self._steps_from_the_lowest()[self.joint])[:, 0] < 0
         for ends in (self.joint, self.offset):
             ends[self.turned] = ends[self.turned, ::-1]
-        self.touches = (self.w > 0) & (network.floor is not None)
-        self.bed = (network.floor or 0.0) / self.length_unit
+        # 1: over the bed, -1: upside down under the surface; pieces with drag hang in frames of their own
+        self.side = np.where([network.floats(piece) for piece in pieces], -1.0, 1.0)
+        tilted = np.array([bool(np.any(piece.drag)) for piece in pieces])
+        self.touches = (self.side < 0) | ((self.w > 0) & (network.floor is not None) & ~tilted)
+        self.drag = np.array([piece.drag for piece in pieces], float) * self.length_unit / self.force_unit
+        self.own_w = np.where(
+            tilted, np.hypot(np.hypot(*self.drag[:, :2].T), self.w - self.drag[:, 2]), self.side * self.w
+        )
+        frames = [
+            piece.frame if t else np.diag([1.0, 1.0, s]) for piece, t, s in zip(pieces, tilted, self.side, strict=True)
+        ]
+        self.frames = np.array(frames)
+        self.turns = bool(tilted.any() or (self.side < 0).any())
+        self.level = np.where(self.side < 0, network.surface or 0.0, network.floor or 0.0) / self.length_unit
+        self.joint_side = np.array([self._side_of(i) for i in self.free])
+        self.joint_touches = (self.joint_side < 0) | (network.floor is not None)
+        under = np.where(self.joint_side < 0, network.surface or 0.0, network.floor or 0.0)
+        self.joint_level = under / self.length_unit
         self.columns = np.full(len(joints), -1)
         self.columns[self.free] = 3 * np.arange(len(self.free))
+
+    def _side_of(self, i: int) -> float:
+        """-1 for a free joint of floating pieces alone, which no weight draws down, 1 for all others."""
+        joint, (start, end) = self.network.joints[i], self.joint.T
+        at, load = (start == i) | (end == i), joint.load
+        sinks = callable(load) or np.asarray(load)[2] < 0
+        return -1.0 if at.any() and np.all(self.side[at] < 0) and not sinks else 1.0
 
     def _steps_from_the_lowest(self) -> Array:
         """Pieces from every joint to the lowest held one: Newton is quicker if pieces start where they may lie."""
@@ -132,7 +160,7 @@ class Equations:
 
     def lying(self, d: Array, eps: float) -> Array:
         """Length l of every piece that lies, between 0 and L, from d."""
-        if self.network.floor is None:
+        if not self.touches.any():
             return np.zeros_like(d)
         d = np.where(self.touches, d, 0.0)
         root = np.sqrt((d * self.L) ** 2 + 4 * eps**2)
@@ -142,7 +170,9 @@ class Equations:
 
     def law(self, nx: Array, ny: Array, V0: Array, d: Array, eps: float, more: float) -> Array:
         """End minus start (3 rows), the start's height and the vertical tension at the end, of all pieces."""
-        w, c, lying = self.w, self.compliance + more, self.lying(d, eps)
+        w, c, lying, n_z = self.own_w, self.compliance + more, self.lying(d, eps), V0
+        if self.turns:
+            nx, ny, V0 = np.einsum("pij,j...p->i...p", self.frames, np.array([nx, ny, V0]))
         h2, hanging = nx**2 + ny**2 + eps**2, self.L - lying
         V1 = V0 + w * hanging
         Vl = np.where(np.real(V0) > 0, V0, np.where(np.real(V1) < 0, V1, 0.0))
@@ -152,10 +182,17 @@ class Equations:
         rise = hanging * (V0 + V1) * (1 / (T0 + T1) + c / 2) + askew
         drop = (V0 - Vl) * (V0 + Vl) / np.where(self.touches, w, 1.0) * (1 / (T0 + Tl) + c / 2)
         height = d + drop - np.where(np.real(V0) > 0, askew, 0.0)
-        return np.array([nx * width, ny * width, rise, height, V1])
+        chord = np.array([nx * width, ny * width, rise])
+        if self.turns:
+            chord = np.einsum("pij,i...p->j...p", self.frames, chord)
+            V1 = n_z + self.w * hanging - self.drag[:, 2] * self.L
+        return np.array([*chord, height, V1])
 
     def evaluate(self, y: Array, eps: float, more: float, jacobian: bool = False) -> Any:
         """Residual, or with `jacobian` (residual, Jacobian)."""
+        self.evaluations += 1
+        if self.network.surface is not None and self.evaluations > PATIENCE:
+            raise SolveError("no rest of lines under the surface was found")
         positions, n, d, R = self.split(y)
         ends, arguments = positions[self.joint] + self.offset, np.array([*n.T, d])
         if jacobian:  # each argument in turn
@@ -165,12 +202,13 @@ class Equations:
         else:
             *values, V1 = self.law(n[:, 0], n[:, 1], n[:, 2], d, eps, more)
         loads = [self._load(self.network.joints[i], positions[i] * self.length_unit) for i in self.free]
-        heights, no_bed = positions[self.free, 2] - self.bed, self.network.floor is None
-        pair = (R, np.ones_like(R), np.zeros_like(R)) if no_bed else _pair(R, heights, more)
+        heights = self.joint_side * (positions[self.free, 2] - self.joint_level)
+        free = (R, np.ones_like(R), np.zeros_like(R))
+        pair = [np.where(self.joint_touches, a, b) for a, b in zip(_pair(R, heights, more), free, strict=True)]
         residual = np.concatenate([
             self._balance(n, V1, R, loads).ravel(),
             (np.transpose(values[:3]) - (ends[:, 1] - ends[:, 0])).ravel(),
-            np.where(self.touches, values[3] - (ends[:, 0, 2] - self.bed), d),
+            np.where(self.touches, values[3] - self.side * (ends[:, 0, 2] - self.level), d),
             pair[0],
         ])  # fmt: skip
         return (residual, self._assemble(slopes, loads, *pair[1:])) if jacobian else residual
@@ -178,9 +216,10 @@ class Equations:
     def _balance(self, n: Array, V1: Array, R: Array, loads: Sequence[tuple[Array, Array]]) -> Array:
         total: Array = np.zeros_like(self.held)
         np.add.at(total, self.joint[:, 0], n)
-        np.subtract.at(total, self.joint[:, 1], np.column_stack([n[:, :2], V1]))
+        across = n[:, :2] - self.drag[:, :2] * self.L[:, None]
+        np.subtract.at(total, self.joint[:, 1], np.column_stack([across, V1]))
         total = total[self.free] + np.array([force for force, _ in loads]).reshape(-1, 3) / self.force_unit
-        total[:, 2] += R
+        total[:, 2] += self.joint_side * R
         return total
 
     @cached_property
@@ -204,8 +243,14 @@ class Equations:
         slopes[3] = np.where(self.touches, slopes[3], np.array([[0.0], [0.0], [0.0], [1.0]]))
         slopes[4] *= -1
         derivatives = np.array([slope for _, slope in loads]).reshape(-1, 9).T * self.length_unit / self.force_unit
-        values = [one, -one, one] * 3 + [-one, -one, np.where(self.touches, -1.0, 0.0)]
-        values += [slopes.swapaxes(0, 1).ravel(), derivatives.ravel(), np.ones_like(by_R), by_R, by_height]
+        values = [one, -one, one] * 3 + [-one, -one, np.where(self.touches, -self.side, 0.0)]
+        values += [
+            slopes.swapaxes(0, 1).ravel(),
+            derivatives.ravel(),
+            self.joint_side,
+            by_R,
+            by_height * self.joint_side,
+        ]
         rows, columns = self._places
         use = (rows >= 0) & (columns >= 0)
         rows, columns, entries = rows[use], columns[use], np.concatenate(values)[use]
@@ -220,11 +265,12 @@ class Equations:
         guess, (places, pulls, _, reactions) = np.zeros(self.slices[-1].stop), self.slices
         guess[places] = self.held[self.free].ravel()
         guess[pulls][2::3] = -self.w * self.L / 2  # each piece carried by its two ends
-        guess[reactions] = 0.0 if self.network.floor is None else 0.1
+        guess[reactions] = np.where(self.joint_touches, 0.1, 0.0)
         y, eps = self._follow(guess)
         positions, n, d, _ = self.split(y)
         lying, ends = self.lying(d, eps), positions[self.joint] + self.offset
         n[self.turned, 2] += (self.w * (self.L - lying))[self.turned]
+        n[self.turned] -= (self.drag * self.L[:, None])[self.turned]
         n[self.turned] *= -1
         ends[self.turned] = ends[self.turned, ::-1]
         x, lying, ends = (length * self.length_unit for length in (positions, lying, ends))

@@ -10,12 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import SolveError
 from ..model.effects import called_by
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..model.rigid import mass_properties, mooring_offset, rotation_of, shape_of
-from ..model.sea import heading, strongest, wind_at
+from ..model.sea import heading, strongest, velocity_at, wind_at
 from ..model.seabed import plane
+from ..model.surfacing import surfacing
 from ..model.varying import varies
 from ..scene import Scene
 from ..scene.buoy import Buoy
@@ -103,7 +105,17 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
 
     def rest() -> Start:
         network = easier(still_network(problem, poses, pressure))
-        found = still.solve(network)
+        try:
+            found = still.solve(network)
+        except SolveError:
+            if network.surface is None:
+                raise
+            network = replace(network, surface=None)
+            found = still.solve(network)
+        if c is not None and not varies(c) and not problem.network.bends:
+            network, found = _in_stream(
+                problem, network, found, lambda drags: easier(still_network(problem, poses, pressure, drags))
+            )
         for change in (_drawn_apart, _propped):
             joints = change(problem, network, found)
             if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
@@ -187,10 +199,62 @@ def _overturns(start: Start, name: str) -> bool:
     return bool(sum(start.end(k, i)[1][2] * offset for k, i, offset in offsets) < 0)
 
 
-def still_network(problem: Problem, poses: dict[str, Array] | None = None, pressure: Any = 0.0) -> still.Network:
+#: Rounds in which the drag on lines follows their shapes, and points of a line where it is taken.
+ROUNDS, POINTS = 6, 9
+
+
+def _in_stream(
+    problem: Problem, network: still.Network, rest: still.Rest, make: Callable[[dict[int, Array]], still.Network]
+) -> tuple[still.Network, still.Rest]:
+    """The network and its rest with the mean drag of the current on every piece that touches neither bed nor surface;
+    make: the network with drags by numbers of pieces [N/m]."""
+    drags: dict[int, Array] = {}
+    for _ in range(ROUNDS):
+        free = np.flatnonzero(rest.lying <= still.LYING * np.array([piece.length for piece in network.pieces]))
+        lines = [int(k) for k in free if k < len(problem.lines.sections)]
+        new = {k: _drag(problem, k, rest.shapes[k]) for k in lines}
+        drags = {k: drag if k not in drags else (drag + drags[k]) / 2 for k, drag in new.items() if drag.any()}
+        try:
+            following = replace(make(drags), surface=network.surface)
+            found = still.solve(following)
+            _ = found.shapes
+        except SolveError:
+            break
+        moved = float(np.abs(found.positions - rest.positions).max(initial=0.0))
+        network, rest = following, found
+        if moved < 1e-3 * max(piece.length for piece in network.pieces):
+            break
+    return network, rest
+
+
+def _drag(problem: Problem, piece: int, shape: still.Shape) -> Array:
+    """Mean drag of the current on a piece as it hangs [N/m of its unstretched length]."""
+    scene, c = problem.scene, problem.lines.sections[piece]
+    if scene.sea is None or not c.diameter or not (c.normal_drag or c.tangential_drag):
+        return np.zeros(3)
+    r = shape.position(np.linspace(0.0, c.length, POINTS))
+    way = np.diff(r, axis=0)
+    size = np.linalg.norm(way, axis=1, keepdims=True)
+    t = way / np.maximum(size, 1e-12 * c.length)
+    U = velocity_at(scene.model_copy(update={"waves": None}), 0.0, (r[1:] + r[:-1]) / 2)
+    along = (U * t).sum(axis=1, keepdims=True) * t
+    across = U - along
+    force = c.normal_drag * np.linalg.norm(across, axis=1, keepdims=True) * across
+    force = force + c.tangential_drag * np.linalg.norm(along, axis=1, keepdims=True) * along
+    mean: Array = 0.5 * scene.sea.density * c.diameter * (force * size).sum(axis=0) / c.length
+    return mean
+
+
+def still_network(
+    problem: Problem,
+    poses: dict[str, Array] | None = None,
+    pressure: Any = 0.0,
+    drags: dict[int, Array] | None = None,
+) -> still.Network:
     """The network of a Problem as `statics.network` has it: every buoy a joint at its C that keeps its pose (upright).
 
-    pressure: of the current on hulls and lines (3,) [Pa].
+    pressure: of the current on hulls and lines (3,) [Pa].  drags: on pieces, by their numbers (3,) [N/m], instead of at
+    their ends.
     """
     scene, network = problem.scene, problem.network
     weight = max((buoy.mass * scene.gravity for buoy in network.buoys.values()), default=0.0)
@@ -212,14 +276,24 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     for k, piece in enumerate(network.pieces):
         (low, a), (high, b) = (place(end) for end in piece.ends)
         c: Any = piece.section
-        pieces.append(still.Piece(low, high, c.length, _weight(problem, k), c.axial_stiffness, a, b))
+        drag = (drags or {}).get(k, np.zeros(3))
+        pieces.append(still.Piece(low, high, c.length, _weight(problem, k), c.axial_stiffness, a, b, drag))
+        if drag.any():
+            continue
         push = c.normal_drag * (c.diameter or 0.0) * c.length / 2 * pressure
         for i in (low, high):
             joints[i] = replace(joints[i], push=joints[i].push + push)
     for device in network.take_offs.values():
         (low, a), (high, b) = (place(end) for end in device.ends)
         pieces.append(still.Piece(low, high, *_spring(device.section, weight), a, b))
-    return still.Network(joints, pieces, Bed(*plane(scene)) if scene.seabed else None)
+    bed = Bed(*plane(scene)) if scene.seabed else None
+    return still.Network(joints, pieces, bed, 0.0 if leaves_water(scene) else None)
+
+
+def leaves_water(scene: Scene) -> bool:
+    """True if lines and bodies at joints weigh what they do in air where they leave the water."""
+    dry_above = scene.sea.dry_above if scene.sea else False
+    return bool(surfacing(scene)) if dry_above is None else dry_above
 
 
 #: A take-off without tension at rest pulls with this part of a buoy's weight per metre, for a start.
@@ -258,10 +332,29 @@ def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> stil
     if end.kind == "free":
         return still.Joint(free=True, load=end.top.force)
     body, load = network.bodies.get(end.name), np.zeros(3)
+    if body is not None and body.volume and leaves_water(scene):
+        return still.Joint(free=True, load=_Ball(scene, body, pressure))
     if body is not None:
         displaced = scene.sea.density * body.volume if scene.sea else 0.0
         load = (displaced - body.mass) * scene.gravity * np.array([0.0, 0.0, 1.0]) + body.drag_area * pressure
     return still.Joint(free=True, load=load)
+
+
+class _Ball:
+    """Steady loads on a body at a joint that may leave the water, and their derivative, by its place."""
+
+    def __init__(self, scene: Scene, body: Any, pressure: Any):
+        sea: Any = scene.sea
+        self.radius = float(np.cbrt(0.75 * body.volume / np.pi))
+        self.buoyancy = sea.density * body.volume * scene.gravity
+        self.steady = body.drag_area * pressure - np.array([0.0, 0.0, body.mass * scene.gravity])
+
+    def __call__(self, position: Array) -> tuple[Array, Array]:
+        c = float(np.clip(-position[2] / self.radius, -1.0, 1.0))
+        force, slope = self.steady.copy(), np.zeros((3, 3))
+        force[2] += self.buoyancy * (0.5 + 0.75 * c - 0.25 * c**3)
+        slope[2, 2] = -self.buoyancy * 0.75 * (1 - c * c) / self.radius
+        return force, slope
 
 
 class _Floating:

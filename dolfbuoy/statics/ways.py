@@ -17,7 +17,7 @@ from ..errors import SolveError
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..solver.unknowns import array_of
-from .damped import relax
+from .damped import approach, relax
 from .network import Network
 from .start import closed_form
 
@@ -161,6 +161,17 @@ def by_relaxation(problem: Problem, **motion: Any) -> None:
     motion: see `damped.relax`.
     """
     relax(problem, **motion)
+    _at_rest(problem)
+
+
+def by_approach(problem: Problem, first: float) -> None:
+    """In steps of a few iterations, which soon are so large that hardly anything holds the lines; see `damped`."""
+    approach(problem, first)
+    _at_rest(problem)
+
+
+def _at_rest(problem: Problem) -> None:
+    """Newton from a state of rest, where it is not singular, kept if it is the same."""
     system, before = problem.system, problem.system.u.copy()
     try:
         newton(problem)
@@ -190,7 +201,7 @@ def by_the_other_law(problem: Problem) -> None:
 
     try:
         other.iterations = 0
-        find_rest(other, put, WAYS[: 3 if pushed else 1])
+        find_rest(other, put, WAYS[: WAYS.index(MOTIONS[0]) + 1 if pushed else 1])
         problem.system.u[:] = other.system.u
         problem.iterations += other.iterations
     finally:
@@ -269,6 +280,10 @@ MOTIONS = (
 #: In the order in which they are tried.
 WAYS = (
     Way("newton", directly),
+    *(
+        Way(f"large steps{more}", partial(by_approach, first=first), lambda problem: problem.law is not None)
+        for more, first in (("", 1.0), (", smaller first", 0.1))
+    ),
     Way("current", by_current, lambda problem: problem.scene.current is not None),
     MOTIONS[0],
     Way("bending", by_bending, lambda problem: problem.network.bends),

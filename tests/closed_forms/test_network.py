@@ -278,3 +278,67 @@ def test_a_table_counts_as_the_stiffness_where_it_is_pulled_hardest():
     rest = solve(Network([Joint((0.0, 0.0, 0.0)), Joint(free=True, load=(0.0, 0.0, -load))], pieces, None))
     strain = np.interp(load + w * L, *np.array(rows).T[::-1])
     assert pytest.approx((load + w * L) / strain, rel=1e-3) == rest.network.pieces[0].EA
+
+
+BRIDLED = [(0, 2, 13.0, 7.0, 3e4), (1, 2, 12.0, 9.0, INF), (2, 3, 11.0, 40.0, 5e4)]
+
+
+def bridled(turn, **more):
+    """Two lines that meet in a third one at a clump, all turned by a matrix; more: of the Network."""
+    places = [np.array(place) for place in ([-8.0, 1.0, 0.5], [7.0, -2.0, 1.0], [0.0, 3.0, 12.0])]
+    joints = [Joint(turn @ places[0]), Joint(turn @ places[1]), Joint(free=True, load=turn @ [0.0, 0.0, -90.0])]
+    return Network([*joints, Joint(turn @ places[2])], [], **more)
+
+
+def test_weight_and_drag_are_one_load():
+    """A network in a stream, seen from the frame in which the loads point down, is one in still water: places and
+    tensions are those of the network that is turned."""
+    angle = math.atan(0.75)  # 3 across to 4 down
+    turn = np.array([[math.cos(angle), 0, -math.sin(angle)], [0, 1, 0], [math.sin(angle), 0, math.cos(angle)]])
+    down = turn @ [0.0, 0.0, -1.0]
+    still = dataclasses.replace(bridled(np.eye(3)), pieces=[Piece(*keys) for keys in BRIDLED])
+    pieces = []
+    for start, end, length, w, EA in BRIDLED:
+        load = w * down
+        pieces.append(Piece(start, end, length, -load[2], EA, drag=(load[0], load[1], 0.0)))
+    one, other = solve(still), solve(dataclasses.replace(bridled(turn), pieces=pieces))
+    np.testing.assert_allclose(other.positions, one.positions @ turn.T, atol=1e-9)
+    np.testing.assert_allclose(other.pulls, one.pulls @ turn.T, atol=1e-6)
+    for piece, mine, turned in zip(still.pieces, one.shapes, other.shapes, strict=True):
+        s = np.linspace(0.0, piece.length, 7)
+        np.testing.assert_allclose(turned.position(s), mine.position(s) @ turn.T, atol=1e-9)
+        np.testing.assert_allclose(turned.tension(s), mine.tension(s), rtol=1e-9, atol=1e-6)
+
+
+def test_a_line_without_weight_in_a_stream():
+    """A parabola's exact sister: a catenary on its side, whose force at its ends is half of the drag each."""
+    line = Piece(0, 1, 12.0, 0.0, INF, drag=(5.0, 0.0, 0.0))
+    rest = solve(Network([Joint((0.0, 0.0, 0.0)), Joint((0.0, 10.0, 0.0))], [line]))
+    (shape,) = rest.shapes
+    low, high = shape.force(np.array([0.0, 12.0]))
+    assert (low[0], high[0]) == pytest.approx((30.0, -30.0), rel=1e-9)
+    sag = shape.position(np.array([6.0]))[0]
+    across = catenary.between(np.array([0.0, 0, 0]), np.array([10.0, 0, 0]), 12.0, 5.0, INF)
+    assert sag == pytest.approx([-across.position(np.array([6.0]))[0, 2], 5.0, 0.0], abs=1e-9)
+
+
+def test_light_lines_under_the_surface_are_heavy_ones_on_a_bed():
+    """The same network upside down: floats are clumps, the surface at z = 2 a bed at z = -2."""
+    anchors, buoyancy, s = [(0.0, 0.0, -9.0), (30.0, 4.0, -12.0)], 80.0, np.linspace(0.0, 12.0, 25)
+
+    def found(bed, surface, sign):
+        joints = [Joint((x, y, -sign * z)) for x, y, z in anchors]
+        joints += [Joint(free=True, load=(0.0, 0.0, -sign * load)) for load in (0.0, buoyancy)]
+        lines = ((0, 2, 16.0, 9.0, 2e4), (2, 3, 12.0, 6.0, INF), (3, 1, 24.0, 8.0, 3e4))
+        pieces = [Piece(start, end, length, sign * w, EA) for start, end, length, w, EA in lines]
+        rest, flip = solve(Network(joints, pieces, bed, surface)), np.array([1.0, 1.0, sign])
+        shapes = [shape.position(s) * flip for shape in rest.shapes]
+        return [rest.positions * flip, rest.pulls * flip, *shapes], rest.lying
+
+    under, floating = found(None, 2.0, -1.0)
+    over, lying = found(Bed(UP, -2.0), None, 1.0)
+    assert max(lying) > 3.0
+    assert floating == pytest.approx(lying, abs=1e-5)
+    assert max(shape[:, 2].min() for shape in over[2:]) > -2.0 - 1e-6
+    for mine, other in zip(under, over, strict=True):
+        np.testing.assert_allclose(mine, other, atol=1e-5)
