@@ -30,8 +30,8 @@ USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
 STEPS, ELEMENTS, OF_NEWTON = 40, 8, 1e-2
 #: A run is accurate enough when all bars are within this share of what was asked for: bars are estimates.
 ENOUGH = 0.7
-#: Least and largest refinement from one run to the next.
-LEAST, MOST = 1.4, 3.0
+#: Least and largest refinement from one run to the next, and what its error is thought to be over the one predicted.
+LEAST, MOST, MARGIN = 1.4, 3.0, 1.6
 #: Smallest tensions count as if they were this part of the largest at least.
 OF_LARGEST = 0.2
 
@@ -163,7 +163,7 @@ def _refinement(found):
     """Factor by which the next run is to be finer: errors of second order."""
     if math.isinf(found.worst):
         return 2.0
-    return min(max(math.sqrt(1.3 * found.worst / ENOUGH), LEAST), MOST)
+    return min(max(math.sqrt(MARGIN * found.worst / ENOUGH), LEAST), MOST)
 
 
 def _finer(scene, ratio):

@@ -38,6 +38,7 @@ class Recorder:
     """
 
     pause, share = 1.0, 0.02
+    shapes = True  #: of the lines are recorded too
 
     def __init__(
         self,
@@ -57,7 +58,8 @@ class Recorder:
         labels = self.observer.labels()
         self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
         self._drift, self._parted = 0.0, self.observer.parted(fixed)
-        self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
+        self._end = scene.time.end if self.shapes else math.inf
+        self._tolerance = 1e-6 * scene.time.step
         rows = max(1, min(ROWS, NUMBERS // (3 + self.observer.width)))
         self._rows, self._count = np.zeros((rows, 3 + self.observer.width)), 0
         kept = point.states[simulation.comm.rank].get("corrected") if point else None
@@ -65,7 +67,7 @@ class Recorder:
         if self._corrected:
             self._corrected_observer = Observer(simulation.problem, self._corrected.end_forces, places)
             self._corrected_rows = np.zeros((rows, self.observer.width))
-        self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
+        self._next_frame, self._next_save = 0.0 if self.shapes else math.inf, clock.monotonic() + self.pause
         if point is None:
             self.add(0.0, 0)
             if not late:
@@ -192,8 +194,16 @@ class Recorder:
 class Unwritten(Recorder):
     """Keeps the series of a run, and writes nothing."""
 
-    def __init__(self, simulation: Simulation, folder: Path | None = None, point: checkpoint.Checkpoint | None = None):
-        super().__init__(simulation, folder or Path(), point, late=True)
+    shapes = False
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        folder: Path | None = None,
+        point: checkpoint.Checkpoint | None = None,
+        corrected: Callable[..., Any] | None = None,
+    ) -> None:
+        super().__init__(simulation, folder or Path(), point, late=True, corrected=corrected)
 
     def save(self) -> None:
         """Nothing, now and later."""

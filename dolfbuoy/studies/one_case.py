@@ -135,6 +135,8 @@ def _remove(folder: Path | None) -> None:
 class _CaseRecorder(Unwritten):
     """Writes nothing of a case that takes no longer than a pause, and nothing at all without a folder."""
 
+    shapes = True
+
     def __init__(self, simulation: Simulation, folder: Path | None, point: Any):
         super().__init__(simulation, folder, point)
         self._somewhere = folder is not None

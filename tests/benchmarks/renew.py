@@ -73,6 +73,13 @@ MADE = {
     ),
     "hard-cases": Made("Hard cases", ("dolfbuoy study hard-cases --slow --out {out}",), "hard-cases.md"),
     "times": Made("", ("times.py --out {out}",), "times.md", ("times.png",)),
+    "bars": Made(
+        "What error bars cost",
+        ("bars.py",),
+        None,
+        words="Seconds on the processor of the loop over all steps, and what companions and the part of the steps add, "
+        "over these; `all`: of the whole run, set-up and files too. Least of five turns.",
+    ),
     "sweep": Made(
         "A sweep",
         (f"mpirun -n 2 dolfbuoy sweep short --set time.end=20 --set waves.wavelength= {_VARIED} --out {{out}}",),

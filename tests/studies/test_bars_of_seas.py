@@ -1,17 +1,20 @@
 """Error bars of extremes in a long sea, from coarser runs around them: when, in which water, and what they tell.
 
-Source: made-up records; the sum of the sea's components; a companion whose difference is given.
+Source: made-up records; the sum of the sea's components; a companion whose difference is given; the run itself.
 """
 
 import numpy as np
 import pytest
 import xarray as xr
+from mpi4py import MPI
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.accuracy.bars import RESOLVED, SUSPECT, bars_of
 from dolfbuoy.accuracy.companion import Event, companion_around, covered, events_of
 from dolfbuoy.accuracy.outputs import Output
+from dolfbuoy.api import _quietly
 from dolfbuoy.model.airy import AirySum
+from dolfbuoy.model.pool import Pool
 
 
 def made_up(scene, heights):
@@ -77,3 +80,16 @@ def test_a_sea_of_many_periods_has_companions_around_its_extremes():
     bars = dict(zip(run.output.values.tolist(), run.bar_verdict.values.tolist(), strict=True))
     assert run.time.values[run.tension_top.values[:, 0].argmax()] > 12.0
     assert bars["tension_top.max"] == RESOLVED
+
+
+def test_a_run_that_is_only_compared_with_is_the_run():
+    """Series to the last bit, of a problem that served another scene before; shapes of lines are left out."""
+    pool, scene = Pool(), load_scene("short", cable__elements=6, time={"end": 1.0, "step": 0.05, "scheme": "bdf2"})
+    _quietly(load_scene(scene, waves__amplitude=0.3), MPI.COMM_SELF, pool)
+    found, run = _quietly(scene, MPI.COMM_SELF, pool), simulate(scene)
+    pool.clear()
+    assert {"tension_top", "anchor_force", "buoy_position", "cone_angle"} <= set(found.data_vars)
+    for name in found.data_vars:
+        np.testing.assert_array_equal(found[name], run[name])
+    assert {name for name in run.data_vars if "time" in run[name].dims} <= set(found.data_vars)
+    assert found.attrs["failed_steps"] == run.attrs["failed_steps"]

@@ -7,6 +7,7 @@ import json
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import xarray as xr
 from alone import simulate
@@ -64,6 +65,25 @@ def test_what_is_advised_is_what_was_run_with_bars(driven):
     rows = json.loads((folder / "advise.json").read_text())["rows"]
     assert rows[0]["remark"] == "advised"
     assert rows[0]["predicted_seconds"] == min(row["predicted_seconds"] for row in rows)
+
+
+def test_the_figure_of_advice(driven):
+    """Bars of the pilot's runs in percent over step and elements, and the largest of the advised run."""
+    _, found, folder = driven
+    assert (folder / "advise.png").stat().st_size > 10_000
+    for axes, kind, key, x in zip(
+        cheapest.draw(found).axes,
+        ("time", "space"),
+        ("step", "cells"),
+        (found.choice.stepping.step, found.choice.space.cells),
+        strict=True,
+    ):
+        *curves, advised, _ = axes.lines
+        rows = [row for row in found.rows if row["error_in"] == kind and math.isfinite(row["share"])]
+        expected = sorted((row[key], row["share"]) for row in rows)
+        shown = sorted(point for line in curves for point in zip(*line.get_data(), strict=True))
+        np.testing.assert_allclose(shown, expected)
+        assert [float(value) for value in np.ravel(advised.get_data())] == pytest.approx([x, found.found.worst])
 
 
 def test_a_pilot_costs_some_runs(driven):

@@ -23,8 +23,10 @@ from ...accuracy.target import ENOUGH, OF_NEWTON, USUAL, Round, check_names, jud
 from ...errors import NoResult, SolveError
 from ...results.bars import number_with
 from ...results.compare import Curve, nice_numbers, percent
-from ...results.tables import force_unit, rounded, show
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, Figure, matplotlib, new_figure, plain_ticks
+from ...results.tables import force_unit, groups, rounded, show
 from ...scene import Scene, load_scene
+from ...scene.sections import SCHEMES
 from ...scene.settings import (
     Space,
     Stepping,
@@ -333,5 +335,30 @@ def report(found: Verified, folder: Path) -> None:
     rows[0]["remark"] = "advised"
     messages = sentences(found)
     show("Cheapest settings that are predicted to meet it", rows, COLUMNS, messages)
-    save(folder, Table("advise", rows, notes=messages))
+    with matplotlib.rc_context(STYLE):
+        save(folder, Table("advise", rows, notes=messages, figure=draw(found)))
     save(folder, Table("advise-pilot", found.rows))
+
+
+def draw(found: Verified) -> Figure:
+    """Bars of the pilot over step and elements, those of the advised settings, and the required accuracy."""
+    figure = new_figure(PAGE, 3.4)
+    bar = 100 * found.accuracy * found.found.worst
+    advised = {"time": found.choice.stepping.step, "space": found.choice.space.cells}
+    of = {"time": ("scheme", "step [s]"), "space": ("pair", "elements")}
+    panels = [kind for kind in of if any(row.get("error_in") == kind for row in found.rows)]
+    for axes, kind in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+        name, label = of[kind]
+        rows = [row for row in found.rows if row.get("error_in") == kind and math.isfinite(row["share"])]
+        axes.set(xscale="log", yscale="log", xlabel=label, title=f"in {kind}")
+        for (which, own), color in zip(groups(rows, name).items(), PALETTE, strict=False):
+            x = [row["step" if kind == "time" else "cells"] for row in own]
+            y = [100 * found.accuracy * row["share"] for row in own]
+            axes.plot(x, y, "o-", color=color, ms=3, label=SCHEMES.get(which, which))
+        axes.plot(advised[kind], bar, "D", color=COLORS["ink"], ms=5, label="advised, whole run")
+        axes.axhline(100 * found.accuracy, color=COLORS["ink"], lw=0.8, ls=":")
+        axes.margins(0.3)
+        plain_ticks(axes)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncol=2)
+    figure.axes[0].set_ylabel("largest error bar [%]")
+    return figure
