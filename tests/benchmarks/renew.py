@@ -75,7 +75,7 @@ MADE = {
     "times": Made("", ("times.py --out {out}",), "times.md", ("times.png",)),
     "bars": Made(
         "What error bars cost",
-        ("bars.py",),
+        ("bars.py --turns 5",),
         None,
         words="Seconds on the processor of the loop over all steps, and what companions and the part of the steps add, "
         "over these; `all`: of the whole run, set-up and files too. Least of five turns.",
