@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from helpers import reference
+from scipy.optimize import brentq
 
 from dolfbuoy import load_scene
 from dolfbuoy.check import derived
@@ -30,6 +31,15 @@ def test_heights_and_periods():
     assert found["mean period Tz = 2 pi sqrt(m0/m2)"][0] == pytest.approx(band["T_m02"], rel=1e-8)
     steepness = 2 * math.pi * band["Hs"] / (G * band["T_m02"] ** 2)
     assert found["significant steepness 2 pi Hs/(g Tz^2)"][0] == pytest.approx(steepness, rel=1e-8)
+
+
+def test_ursell_number():
+    """Of a long low wave in shallow water, as long as Airy's within what its height adds."""
+    height, depth, period = 0.05, 2.0, 6.0
+    found = said_of({"height": height, "period": period}, sea={"depth": depth})
+    length = brentq(lambda x: G * period**2 / (2 * math.pi) * math.tanh(2 * math.pi * depth / x) - x, 1.0, 100.0)
+    value, _ = found["Ursell number H lambda^2/d^3"]
+    assert value == pytest.approx(height * length**2 / depth**3, rel=5e-3)
 
 
 @pytest.mark.parametrize("n", [0, 2])

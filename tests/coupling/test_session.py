@@ -230,6 +230,8 @@ def test_a_load_on_a_free_end_is_the_force_of_the_scene():
     hanging["cable"] |= {"anchor": [0.0, 0.0, 0.0], "normal_drag": 0.0, "tangential_drag": 0.0, "added_mass": 0.0}
     with Session(hanging) as s:
         weight = s.pull("cable.from")[2]
+        with pytest.raises(InputError, match="point of a line, which takes none"):
+            s.load("cable.to", moment=[0.0, 0.0, 1.0])
         s.load("cable.to", [0.0, 0.0, -100.0])
         for _ in range(100):
             s.step(0.1)

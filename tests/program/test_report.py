@@ -82,10 +82,13 @@ def test_one_file_that_needs_nothing(text):
 
 def test_of_a_sweep(tmp_path, call):
     """Cases, what governs in which of them, the largest of each quantity."""
-    sweep(load_scene(RUN), ["current.speed=0.2,0.9"], None, tmp_path)
+    found = sweep(load_scene(RUN), ["current.speed=0.2,0.9"], None, tmp_path)
     assert call("report", tmp_path)[0] == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert cells(text, "1")[0].startswith("current.speed = 0.2 (done; offset buoy: -")
+    first = cells(text, "1")[0]
+    assert first.startswith("current.speed = 0.2 (done; offset buoy: -")
+    left = float(re.search(r"offset buoy: (\S+) % left", first)[1])
+    assert left == pytest.approx(float(found.criterion_left[0]), rel=5e-3)
     assert cells(text, "offset")[0] == "buoy, current.speed = 0.9"
     (found,) = [row for row in re.findall(r"<tr>.*?</tr>", text) if '<th scope="row">tension top</th>' in row]
     assert "current.speed = 0.9" in found

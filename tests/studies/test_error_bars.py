@@ -5,6 +5,7 @@ Source: parabolas; series whose error is given; converged values (an eighth of t
 
 import copy
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mpi_helpers import needs_mpirun, start, start_scenes
 
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.accuracy import bars as error_bars
+from dolfbuoy.accuracy import target
 from dolfbuoy.accuracy.bars import NONE, RESOLVED, SUSPECT, Bar, bars_of
 from dolfbuoy.accuracy.companion import companion_of, covered, followed
 from dolfbuoy.accuracy.outputs import Output, numbers_of
@@ -335,6 +337,19 @@ def test_outputs_that_a_scene_does_not_have():
         load_scene("driven", accuracy__rounds=2)
     with pytest.raises(InputError, match=r"accuracy.estimate.*does not go with a target"):
         load_scene("driven", accuracy__estimate="none", accuracy__target=0.1)
+
+
+def test_an_accuracy_is_that_of_the_worst_output(monkeypatch):
+    """Shares of what is allowed; an output without a bar is not accurate at all."""
+    scene, one, other, last = SimpleNamespace(accuracy=SimpleNamespace(target=0.1)), "one", "other", "last"
+    bars = {one: Bar(10.0, 0.5, "resolved"), other: Bar(10.0, 0.8, "resolved"), last: Bar(10.0, 0.2, "resolved")}
+    monkeypatch.setattr(target, "bars_of", lambda *_: (bars, []))
+    monkeypatch.setattr(target, "wanted_of", lambda *_: list(bars))
+    monkeypatch.setattr(target, "scale_of", lambda output, _: bars[output].value)
+    found = target.judged(scene, None, None)
+    assert (found.worst, found.output) == (pytest.approx(0.8), other)
+    bars[last] = Bar(10.0, 0.2, NONE)
+    assert target.judged(scene, None, None).worst == math.inf
 
 
 def test_what_an_accuracy_is_relative_to(driven):

@@ -59,6 +59,13 @@ def test_hydrostatics(out):
     assert levers[1]["lever"] == pytest.approx((BM - 0.25) * math.sin(math.radians(5)), rel=0.01)
 
 
+def test_a_cable_pulls_its_buoy_down():
+    """By more than half the weight of the buoy: water displaced carries both."""
+    numbers = hull._hydrostatics(load_scene("short"), None)["numbers"]
+    assert numbers["pull"] > 0.5 * numbers["mass"] * 9.81
+    assert numbers["displaced_mass"] == pytest.approx(numbers["mass"] + numbers["pull"] / 9.81, rel=1e-9)
+
+
 def test_runs_and_potential_flow_stand_beside(out):
     """A run within 1 % of the response, potential flow within the 3 % of the strips."""
     (run,) = rows_of(out, "hull-runs")
