@@ -29,6 +29,8 @@ SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "st
 class Made:
     """A Past of two levels of random numbers, of which some have no rate of a rate."""
 
+    evolutions = ()
+
     def __init__(self, size, scheme):
         first, fewer = Series(np.zeros(size), np.zeros(size)), np.zeros(size - size // 3)
         self.scheme, self.series = scheme, [first, Series(fewer, fewer, new=first.new_rate[: len(fewer)])]
