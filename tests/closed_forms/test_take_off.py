@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from alone import simulate
 from every_key import shows
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 
 from dolfbuoy import InputError, load_scene, solve_static
 from dolfbuoy.model.sea import wavenumber
@@ -131,7 +131,7 @@ def mean_power(record, scene):
     """Mean over the last four periods [W]."""
     late = record.time.values >= scene.time.end - 4 * scene.waves.period - 1e-9
     power, times = record.absorbed_power.values.ravel()[late], record.time.values[late]
-    return np.trapz(power, times) / (times[-1] - times[0])
+    return trapezoid(power, times) / (times[-1] - times[0])
 
 
 def test_mean_power_of_a_point_absorber():

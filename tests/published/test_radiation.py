@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from helpers import REFERENCE, reference
+from scipy.integrate import trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
@@ -180,7 +181,7 @@ def exact_decay(t):
     alike = (M * s + B) / (M * s**2 + B * s + C)
     A = np.array([[0.0, 1.0], [-C / M, -B / M]])
     known = np.array([(expm(A * x) @ [1.0, 0.0])[0] for x in t])
-    rest = np.trapz((Z - alike).real * np.cos(np.outer(t, w)), w, axis=1) * 2 / math.pi
+    rest = trapezoid((Z - alike).real * np.cos(np.outer(t, w)), w, axis=1) * 2 / math.pi
     return known + rest
 
 
