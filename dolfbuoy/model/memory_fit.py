@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
 
 from . import Array
 
@@ -73,6 +71,8 @@ class Kernel:
     """
 
     def __init__(self, omega: Array, B: Array, A: Array) -> None:
+        from scipy.interpolate import CubicSpline
+
         largest = np.diagonal(B, axis1=1, axis2=2).max(axis=0)
         self.scale = np.sqrt(np.maximum(largest, LEAST * largest.max()))
         self.omega, pair = omega, np.outer(self.scale, self.scale)
@@ -175,6 +175,8 @@ def _judged(kernel: Kernel, target: Array, order: int, rate: Array, into: Array,
 
 def _polished(kernel: Kernel, target: Array, rate: Array, into: Array) -> Array:
     """Rates with which the outputs that suit them best leave the least of K(iw) (variable projection)."""
+    from scipy.optimize import least_squares
+
     turns = rate.imag > 0
 
     def rates(x: Array) -> Array:

@@ -10,8 +10,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.special import j1, jn
 
 from ..errors import InputError
 from ..scene import Scene
@@ -106,6 +104,8 @@ def wavenumbers(scene: Scene, omega: Array) -> Array:
 
 def _disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
     """Integrals of exp(i k x), and of x exp(i k x) over i, over disks (wavenumbers, radii)."""
+    from scipy.special import j1, jn
+
     kR = np.maximum(np.outer(k, R), 1e-9)
     if narrow:
         return np.pi * R**2 + 0 * kR, np.pi / 4 * R**3 * kR
@@ -195,6 +195,8 @@ def diffraction_at(scene: Scene, buoy: Buoy, omega: Array, k: Array) -> Array:
     Diffraction, above the frequencies of the file as at its highest, and what strips without `disk_averages` lack of
     the force of the undisturbed wave.  omega: in the water, k: wavenumbers (n,).
     """
+    from scipy.interpolate import CubicSpline
+
     c = coefficients_of(scene, buoy)
     known = np.concatenate([np.zeros((1, 3)), c.force])
     found = CubicSpline(np.append(0.0, c.omega), known)(np.minimum(omega, c.omega[-1]))
