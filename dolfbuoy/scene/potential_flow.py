@@ -23,6 +23,8 @@ WHOLE, UNDISTURBED, DIFFRACTED = "excitation_force", "Froude_Krylov_force", "dif
 FEWEST, BELOW_ZERO = 12, 0.05
 #: Part of the damping of surge, turned into another motion by their added masses, that counts as none.
 NOTHING = 0.05
+#: Part of the damping of surge, for pitch times the draft squared, that is rounding of panels.
+ROUNDING = 1e-4
 
 _size = Annotated[float, Field(ge=-1e15, le=1e15)]
 Motions = Annotated[tuple[_size, _size, _size, _size], BeforeValidator(q.finite_numbers(4))]
@@ -70,7 +72,10 @@ class PotentialFlow(Section):
         for place, dof in enumerate(DOFS):
             column = [row[place] for row in self.damping]
             like_surge = largest * abs(at_once[place] / (at_once[0] or 1.0))  # pitch may radiate next to nothing
-            if min(column) < -BELOW_ZERO * max(max(column), NOTHING * like_surge):
+            rounding = (
+                ROUNDING * largest * (1.0 if dof != "Pitch" else (self.draft or 0.0) ** 2)
+            )  # or nothing: a sphere
+            if min(column) < -BELOW_ZERO * max(max(column), NOTHING * like_surge, rounding):
                 allowed = f"must not be below 0, as that of {dof.lower()} is: a hull takes no energy from still water"
                 raise Wrong("damping", "...", allowed)
         return self
