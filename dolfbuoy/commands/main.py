@@ -40,9 +40,12 @@ def options(
 @app.command("list")
 def list_scenes() -> None:
     """Shipped scenes.  Example: dolfbuoy list"""
-    from ..scene import load_scene, shipped_scenes
+    import tomllib
 
-    cli.print_table("Shipped scenes", ("name", "title"), [(name, load_scene(name).title) for name in shipped_scenes()])
+    from ..scene import shipped_scenes
+
+    titles = [(name, tomllib.loads(path.read_text())["title"]) for name, path in shipped_scenes().items()]
+    cli.print_table("Shipped scenes", ("name", "title"), titles)
 
 
 @app.command()
