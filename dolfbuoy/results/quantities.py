@@ -395,7 +395,6 @@ _ALL: tuple[Quantity, ...] = (
         main=True,
         curves=(Curve("absorbed power", "of the take-off"),),
         summary="absorbed power",
-        compared="absorbed power",
         peaks="",
     ),
     _buoy_vector("linear_momentum", "kg m s-1", "linear momentum of the buoy, p", read=lambda n: n.motion.momentum),

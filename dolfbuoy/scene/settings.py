@@ -9,6 +9,7 @@ from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
 from .cable import Top
+from .lines import Body
 from .quantities import number_of
 from .sections import SCHEMES, Solver, Time
 
@@ -131,11 +132,13 @@ def everywhere(scene: Scene, key: str, value: Any) -> dict[str, Any]:
     each = zip(lines, scene.cables, strict=True)
     segments = {f"{line}.segments.{k}": s for line, cable in each for k, s in enumerate(cable.segments or [])}
     if section == "cable":
-        removed = [*segments, *(f"material.{name}" for name in scene.material or {})]
+        over = segments | {f"material.{name}": material for name, material in (scene.material or {}).items()}
+        removed = [place for place, table in over.items() if leaf in type(table).model_fields]
         return {f"{place}.{leaf}": None for place in removed} | {f"{line}.{leaf}": value for line in lines}
     if section == "joint":
         held = [f"{place}.body" for place, segment in segments.items() if segment.body is not None]
-        return {f"{place}.{leaf}": value for place in [*(f"joint.{j.name}" for j in scene.joint or []), *held]}
+        kept = held if leaf in Body.model_fields else []
+        return {f"{place}.{leaf}": value for place in [*(f"joint.{j.name}" for j in scene.joint or []), *kept]}
     if section == "buoy" and leaf:
         return {f"{buoy}.{leaf}": value for buoy in buoys}
     if section in ("wind", "external_force"):

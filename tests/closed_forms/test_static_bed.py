@@ -109,7 +109,7 @@ def test_slack(pair, within):
     case, values = CASES["bed_slack"]["input"], CASES["bed_slack"]["values"]
     given = scene("bed_slack", pair, 40, sag=0.01, cable__slack="tension-only")
     found = solve_static(given)
-    assert found.attrs["route"] == "relaxation"
+    assert found.attrs["route"] in ("large steps", "relaxation")
     if pair == (1, 0):
         assert float(found.tension_top) == pytest.approx(7.5 * 14.0 * case["w"], rel=1e-6)
     assert round(abs(float(found.tension_top) / values["T_top"] - 1), 3) <= within
