@@ -26,7 +26,7 @@ def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, gro
     """
     lines, system, newton = problem.lines, problem.system, problem.newton
     acceleration = problem.scene.gravity or problem.typical_force / (lines.section.line_density * lines.longest)
-    h, last = first * np.sqrt(lines.longest / acceleration), None
+    h, last = float(first * np.sqrt(lines.longest / acceleration)), None  # floats of Python overflow silently
     try:
         for _ in range(steps):
             interruption.check()
@@ -45,7 +45,7 @@ def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, gro
             farthest = allreduce(problem.comm, float(moved), MPI.MAX)
             if solved and farthest <= LEFT * acceleration * h**2:
                 return
-            speed = max(farthest / h, 1e-300)
+            speed = max(float(farthest) / h, 1e-300)
             h *= growth**2 if solved else 1.0 if last is None else min(max(last / speed, 1 / growth), growth)
             last = speed
         raise SolveError(f"after {steps} steps something still moves")

@@ -116,7 +116,7 @@ def test_slack(pair, within):
     assert float(found.length_on_bed) == pytest.approx(values["length_on_bed"], abs=14.0)
     assert abs(float(found.end_tension[0])) < 1e-6 * values["T_top"]
     assert float(found.tension_anchor) < 1e-6 * values["T_top"]
-    assert float(found.cable_tension.min()) >= 0
+    assert float(found.cable_tension.min()) >= -1e-12  # 0 to rounding
 
 
 def test_a_two_sided_law_says_what_a_slack_line_does_to_it():

@@ -50,7 +50,13 @@ def test_every_effect_can_be_left_out():
     names = study.effects_of(scene)
     every = {e.name for e in effects.EFFECTS if e.removable and not e.key.startswith("joint.")}
     every -= {"bending"}  # of lines that can be pushed
-    elsewhere = ("take_off.", "buoy.potential_flow", "cable.winch", "cable.tangential_added_mass", "cable.bending_damping")
+    elsewhere = (
+        "take_off.",
+        "buoy.potential_flow",
+        "cable.winch",
+        "cable.tangential_added_mass",
+        "cable.bending_damping",
+    )
     every -= {e.name for e in effects.EFFECTS if e.key.startswith(elsewhere)}  # of other scenes
     assert set(names) == set(effects.names(scene)) - ALWAYS == every
     with pytest.raises(InputError, match="damping = 100"):  # a strain is what it damps
