@@ -72,6 +72,6 @@ def test_other_commands_end_with_a_word(call, files, monkeypatch, arguments):
     def interrupted(*_, **__):
         interruption._interrupt(signal.SIGINT, None)
 
-    for place in ("dolfbuoy.scene.load_scene", "dolfbuoy.results.figures.draw_all"):
+    for place in ("dolfbuoy.scene.load_scene", "dolfbuoy.scene.shipped_scenes", "dolfbuoy.results.figures.draw_all"):
         monkeypatch.setattr(place, interrupted)
     assert call(*arguments)[::2] == (130, "Interrupted.\n")
