@@ -10,6 +10,7 @@ from .elsewhere import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
+from .linear.on_vessels import on_vessels, refuse_directions
 from .linear.seaway import Seaway
 from .linear.spectrum import bins_of, check_periods, irregular_waves
 from .linear.stiffness import restoring
@@ -66,19 +67,22 @@ def modes(
 
 
 def stiffness(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> "xr.Dataset":
-    """Restoring matrices (6, 6) about C at the equilibrium: of the mooring, of the hull, and of both.
+    """Restoring matrices (6, 6) at the equilibrium: of buoys about C, of the mooring, of the hull, and of both; of the
+    mooring of vessels, which are held, about their reference points.
 
     Forces [N] and torques [N m] that hold a displacement of 1 m or a turn of 1 rad, in world axes.  out: folder for
-    stiffness.nc.  Raises InputError for an impossible scene or one without a buoy, SolveError if the equilibrium is not
-    found or a line is slack.
+    stiffness.nc.  Raises InputError for an impossible scene or one without a buoy or vessel, SolveError if the
+    equilibrium is not found or a line is slack.
     """
     scene = load_scene(scene, **overrides)
-    if scene.buoy is None:
-        raise InputError("A restoring matrix is that of a buoy: the scene needs [buoy].")
+    if scene.buoy is None and not scene.vessel:
+        raise InputError("A restoring matrix is that of a buoy or a vessel: the scene needs [buoy] or [[vessel]].")
+    refuse_directions(scene)
     folders.make_ready(out, "stiffness", scene, comm)
-    found = linearise(scene, comm)
+    found = linearise(scene, MPI.COMM_SELF if scene.vessel else comm)
     try:
-        dataset = dataset_of_stiffness(found.problem, restoring(found))
+        vessels = on_vessels(found) if scene.vessel else []
+        dataset = dataset_of_stiffness(found.problem, restoring(found), vessels)
     finally:
         found.destroy()
     if out is not None:

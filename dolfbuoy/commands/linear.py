@@ -65,7 +65,7 @@ def _number_of(value: float) -> str:
 
 @app.command()
 def stiffness(scene: cli.SceneArgument, folder: cli.OutOption = None, assign: cli.SetOption = None) -> None:
-    """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
+    """Restoring matrices of mooring, hull and vessels at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
     from ..results.linear_record import each_buoy, notes
 
@@ -75,16 +75,24 @@ def stiffness(scene: cli.SceneArgument, folder: cli.OutOption = None, assign: cl
         return
     for of_buoy, one in each_buoy(found):
         _show_stiffness(of_buoy, one)
+    for of_vessel, one in each_buoy(found, "vessel"):
+        _show_matrix(one.vessel_mooring, of_vessel or f" of {one.vessel.item()}")
+        pulls = _stiffness_texts(one.vessel_pull.values[None])
+        cli.print_table(f"\n{one.vessel_pull.attrs['long_name'].capitalize()}", one.reaction.values.tolist(), pulls)
     cli.say(*notes(found, loaded))
+
+
+def _show_matrix(matrix: "xr.DataArray", whose: str) -> None:
+    title = f"{matrix.attrs['long_name']}{whose}; N and N m for 1 m and 1 rad"
+    rows = zip(matrix.reaction.values.tolist(), _stiffness_texts(matrix.values), strict=True)
+    cli.print_table(f"\n{title}", ("", *matrix.motion.values.tolist()), ([first, *texts] for first, texts in rows))
 
 
 def _show_stiffness(of_buoy: str, found: "xr.Dataset") -> None:
     """Print matrices of a buoy, and the eigenvalues of their symmetric parts."""
     rows = []
     for name in ("mooring", "hull", "total"):
-        title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
-        matrix = zip(found.reaction.values.tolist(), _stiffness_texts(found[name].values), strict=True)
-        cli.print_table(f"\n{title}", ("", *found.motion.values.tolist()), ([first, *texts] for first, texts in matrix))
+        _show_matrix(found[name], of_buoy)
         rows.append([name, *_stiffness_texts(found[f"{name}_eigenvalue"].values[None])[0]])
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
     cli.print_table(title, ("", *map(str, range(1, 7))), rows)

@@ -80,19 +80,24 @@ def condensed(found: Linearisation, more: Any = None) -> Condensed:
     """
     K, bodies = csc_matrix(found.whole[0] if more is None else found.whole[0] + more), found.bodies
     n, columns = K.shape[0], 6 * len(bodies)
-    followers, rows = np.zeros((n, columns)), []
+    followers = np.zeros((n, columns))
     for i, body in enumerate(bodies):
         pose = body.poses()
         pose[[*range(3, 6), *range(10, 13)]] = 0.0  # at rest
         followers[body.places, 6 * i : 6 * i + 6] = pose
-        rows += [*body.at.momentum, *body.at.angular_momentum]
     inner = np.setdiff1d(np.arange(n), np.concatenate([body.places for body in bodies]) if bodies else [])
     if len(inner) and columns:
-        followers[inner] = -_solved(K[np.ix_(inner, inner)], K[inner] @ followers)
-    return Condensed(bodies, K[np.array(rows, dtype=int)] @ followers, followers)
+        followers[inner] = -solved(K[np.ix_(inner, inner)], K[inner] @ followers)
+    return Condensed(bodies, K[momenta_of(bodies)] @ followers, followers)
 
 
-def _solved(A: Any, b: NDArray[Any]) -> Any:
+def momenta_of(bodies: list[Body]) -> NDArray[Any]:
+    """Rows (6 b,) of the momenta of bodies."""
+    rows = [row for body in bodies for row in (*body.at.momentum, *body.at.angular_momentum)]
+    return np.array(rows, dtype=int)
+
+
+def solved(A: Any, b: NDArray[Any]) -> Any:
     """A^-1 b."""
     try:
         x = equilibrated(A)(b)

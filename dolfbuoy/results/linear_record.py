@@ -104,10 +104,10 @@ def _irregular(seaway: Any, bins: Any, X: NDArray[Any]) -> dict[str, Variable]:
     return found
 
 
-def each_buoy(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """(" of its name", empty for the only one, its part) of each buoy."""
-    names = names_of(dataset, "buoy")
-    return [(f" of {name}" if len(names) > 1 else "", dataset.sel(buoy=name)) for name in names]
+def each_buoy(dataset: xr.Dataset, kind: str = "buoy") -> list[tuple[str, xr.Dataset]]:
+    """(" of its name", empty for the only one, its part) of each buoy, or vessel."""
+    names = names_of(dataset, kind)
+    return [(f" of {name}" if len(names) > 1 else "", dataset.sel({kind: name})) for name in names]
 
 
 def each_tension(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
@@ -153,11 +153,28 @@ NAMES = {
 LEAST_PART = 1e-6
 
 
-def dataset_of_stiffness(problem: Problem, found: Any) -> xr.Dataset:
-    """Matrices of `linear.stiffness.Restoring`: the blocks of each body, with the others held.
+def dataset_of_stiffness(problem: Problem, found: Any, vessels: Sequence[Any] = ()) -> xr.Dataset:
+    """Matrices of `linear.stiffness.Restoring`: the blocks of each body, with the others held; and those of
+    `linear.on_vessels`, with what lines pull with there.
 
     What is rigid is infinite, and `rigid` has its directions.
     """
+    labels: dict[str, Any] = {"reaction": REACTIONS, "motion": AXES}
+    data = _of_bodies(found) if found.bodies else {}
+    if found.bodies:
+        labels["buoy"] = [body.name for body in found.bodies]
+    if vessels:
+        labels["vessel"] = [one.name for one in vessels]
+        matrices, pulls = np.array([one.stiffness for one in vessels]), np.array([one.pull for one in vessels])
+        what = "N/m, N m/rad", "Restoring matrix of the mooring about the reference point"
+        data["vessel_mooring"] = (("vessel", "reaction", "motion"), matrices, what)
+        what = "N, N m", "force and moment of the mooring about the reference point at rest"
+        data["vessel_pull"] = (("vessel", "reaction"), pulls, what)
+    return labelled(data, labels, attributes(problem))
+
+
+def _of_bodies(found: Any) -> dict[str, Variable]:
+    """Variables of `linear.stiffness.Restoring`."""
     data: dict[str, Variable] = {}
     is_rigid = any(rigid.shape[1] for rigid in found.rigid)
     matrices = {"mooring": found.mooring, "hull": found.hull, "total": found.mooring + found.hull}
@@ -180,8 +197,7 @@ def dataset_of_stiffness(problem: Problem, found: Any) -> xr.Dataset:
         rows = [_rigid_motions(body, rigid) for body, rigid in zip(found.bodies, found.rigid, strict=True)]
         what = "m, rad", "motion of each eigenvalue that is infinite"
         data["rigid"] = (("buoy", "number", "motion"), np.array(rows), what)
-    labels = {"reaction": REACTIONS, "motion": AXES, "buoy": [body.name for body in found.bodies]}
-    return labelled(data, labels, attributes(problem))
+    return data
 
 
 def _across(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
@@ -210,7 +226,9 @@ def _rigid_motions(body: Any, rigid: NDArray[Any]) -> NDArray[Any]:
 
 def notes(dataset: xr.Dataset, scene: Scene) -> list[str]:
     """Notes on these matrices."""
-    found = ["The mooring follows at rest; motion is in world axes, about C."]
+    found = ["The mooring follows at rest; motion is in world axes, about C."] if "total" in dataset else []
+    if "vessel_mooring" in dataset:
+        found.append("Of a vessel: lines and buoys follow at rest; motion is in world axes, about its reference point.")
     if "rigid" in dataset:
         found.append(
             "An inextensible line that is taut holds rigidly: 'rigid' is an infinite stiffness, and the other entries "
@@ -219,9 +237,11 @@ def notes(dataset: xr.Dataset, scene: Scene) -> list[str]:
             + " in the order of the columns; mooring_across and total_across of stiffness.nc are without it."
         )
     found += on_friction(scene)
-    total = np.where(np.isfinite(dataset.total.values), dataset.total.values, 0.0)
-    if np.abs(total - np.swapaxes(total, -1, -2)).max() > 1e-6 * np.abs(total).max():
-        found.append("The matrices are not symmetric: current, wind and the quaternion's torques have no potential.")
+    for name in dataset.data_vars.keys() & {"total", "vessel_mooring"}:
+        matrix = np.where(np.isfinite(dataset[name].values), dataset[name].values, 0.0)
+        if np.abs(matrix - np.swapaxes(matrix, -1, -2)).max() > 1e-6 * np.abs(matrix).max():
+            reason = "a moment about fixed axes" if name == "vessel_mooring" else "the quaternion's torques"
+            found.append(f"The matrices are not symmetric: current, wind and {reason} have no potential.")
     return found
 
 

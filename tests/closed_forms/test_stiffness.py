@@ -1,6 +1,7 @@
 """Restoring matrices: against differences of equilibria, a catenary's closed form, and hydrostatics.
 
-Source: equilibria of `static` under small loads, Irvine's catenary, rho g A and GM of a cylinder.
+Source: equilibria of `static` under small loads and motions, Irvine's catenary, rho g A and GM of a cylinder, MoorPy's
+stiffness of a coupled body.
 """
 
 import math
@@ -143,3 +144,77 @@ def test_what_is_said():
     assert "not symmetric" in " ".join(notes(alone.stiffness(flowing, comm=MPI.COMM_SELF), load_scene(flowing)))
     with pytest.raises(InputError, match=r"needs \[buoy\]"):
         alone.stiffness("driven")
+
+
+# -- vessels --------------------------------------------------------------------------------------------------------
+
+POINTS = {"bow": [5.0, 1.0, -1.0], "port": [-4.0, 3.0, -0.5], "stern": [-5.0, 0.0, 0.5]}
+FEET = {"bow": [24.0, 6.0, -30.0], "port": [-16.0, 20.0, -30.0], "stern": [-20.0, -12.0, -30.0]}
+ROPE = {"length": 38.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e5, "elements": 8}
+PLACE = np.array([1.0, -1.0, 0.0])
+BUOY = {"hull": [[0.0, 1.5], [1.2, 1.5]], "mass": 800.0, "center_of_mass": 0.5}
+
+
+def on_vessel(x=(0.0,) * 6, hawser=False, elements=8):
+    """Three ropes on a vessel that is moved by x (turns in rad); hawser: the last one by way of a buoy."""
+    rows = [[t, *x[:3], *np.degrees(x[3:])] for t in (0.0, 1.0)]
+    ship = {"name": "ship", "position": PLACE.tolist(), "fairleads": POINTS, "motion": rows}
+    lines = [
+        {**ROPE, "elements": elements, "name": name, "from": foot, "to": f"ship.{name}"} for name, foot in FEET.items()
+    ]
+    scene = {"sea": {"depth": 30.0, "dry_above": False}, "vessel": [ship], "cable": lines}
+    if hawser:
+        lines[2] |= {"to": "buoy", "length": 32.0}
+        lines.append({**ROPE, "name": "hawser", "from": "ship.stern", "to": "buoy", "length": 7.0})
+        scene["buoy"] = BUOY
+    return scene
+
+
+def pulled(x, **more):
+    """Force and moment (6,) of the ropes on the moved vessel, by the forces at their ends."""
+    record = dolfbuoy.solve_static(on_vessel(x, **more), comm=MPI.COMM_SELF)
+    turn, total = Rotation.from_rotvec(x[3:]), np.zeros(6)
+    for name in POINTS:
+        line = record.sel(cable="hawser" if more and name == "stern" else name)
+        force = -(line.anchor_force if more and name == "stern" else line.end_tension).values
+        total += np.concatenate([force, np.cross(turn.apply(POINTS[name]), force)])
+    return total
+
+
+@pytest.mark.parametrize("hawser", [False, True], ids=["alone", "with a buoy that follows"])
+def test_vessel_against_differences_of_equilibria(hawser):
+    """Forces and moments over displacements along, and turns about, an axis; the buoy may turn freely in yaw."""
+    found = dolfbuoy.stiffness(on_vessel(hawser=hawser), comm=MPI.COMM_SELF)
+    K, more = found.vessel_mooring.sel(vessel="ship").values, {"hawser": True} if hawser else {}
+    np.testing.assert_allclose(found.vessel_pull.values[0], pulled(np.zeros(6), **more), atol=1e-6 * np.abs(K).max())
+    for axis in (0, 2, 4):
+        step = 1e-3 * np.eye(6)[axis]
+        exact = (pulled(-step, **more) - pulled(step, **more)) / 2e-3
+        np.testing.assert_allclose(K[:, axis], exact, atol=2e-5 * np.abs(K).max())
+    assert np.abs(K[:3, :3] - K[:3, :3].T).max() < 1e-6 * np.abs(K).max()
+
+
+@pytest.mark.filterwarnings("ignore")  # MoorPy's own, of numpy and matplotlib
+def test_vessel_against_moorpy():
+    moorpy = pytest.importorskip("moorpy")
+    system = moorpy.System(depth=300.0, rho=1025.0, g=9.81)
+    system.addBody(-1, [*PLACE, 0.0, 0.0, 0.0])
+    w = (ROPE["line_density"] - 1025 * math.pi * ROPE["diameter"] ** 2 / 4) * 9.81
+    kind = {"name": "rope", "d_vol": 0.0, "m": w / 9.81, "w": w, "EA": ROPE["axial_stiffness"], "EAd": 0.0}
+    for number, (name, foot) in enumerate(FEET.items()):
+        system.addPoint(1, foot)
+        system.addPoint(1, PLACE + POINTS[name])
+        system.bodyList[0].attachPoint(2 * number + 2, POINTS[name])
+        system.addLine(ROPE["length"], kind, pointA=2 * number + 1, pointB=2 * number + 2, cb=0.0)
+    system.initialize()
+    system.solveEquilibrium(tol=1e-8)
+    exact = system.getCoupledStiffnessA(lines_only=True)
+    K = dolfbuoy.stiffness(on_vessel(elements=40), comm=MPI.COMM_SELF).vessel_mooring.values[0]
+    np.testing.assert_allclose(K, exact, atol=1e-3 * np.abs(exact).max())
+
+
+def test_vessel_that_holds_a_direction_is_refused():
+    scene = on_vessel()
+    scene["cable"][0] |= {"bending_stiffness": 10.0, "to_end": {"direction": [0.0, 0.0, 1.0]}}
+    with pytest.raises(InputError, match="holds a line in a direction"):
+        dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)

@@ -4,6 +4,7 @@ Source: what README and the interface promise.
 """
 
 import re
+from pathlib import Path
 
 import meshio
 import numpy as np
@@ -92,6 +93,22 @@ def test_stiffness_prints_and_writes(call, tmp_path):
         assert text in out
     found = xr.load_dataset(tmp_path / "stiffness.nc")
     np.testing.assert_allclose(found.total, found.mooring + found.hull, rtol=1e-12, atol=1e-6)
+
+
+def test_stiffness_of_a_vessel_prints_and_writes(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rope = "length = 23.0, line_density = 4.0, diameter = 0.05, axial_stiffness = 1e5, elements = 4"
+    lines = [f'{{name = "{p}", from = [{x}, 0, -20], to = "ship.{p}", {rope}}}' for p, x in (("bow", 15), ("aft", -15))]
+    ship = '{name = "ship", position = [0, 0, 0], fairleads = {bow = [3, 0, 0], aft = [-3, 0, 0]}}'
+    Path("held.toml").write_text(f"sea = {{depth = 20.0}}\nvessel = [{ship}]\ncable = [{', '.join(lines)}]\n")
+    code, out, _ = call("stiffness", "held.toml")
+    assert code == 0
+    said = " ".join(out.split())
+    for text in ("the mooring about the reference point of ship", "tau_z", "in world axes, about its reference point"):
+        assert text in said
+    found = xr.load_dataset("results/held/stiffness.nc")
+    assert found.vessel_mooring.shape == (1, 6, 6)
+    assert "total" not in found
 
 
 def test_offsets_prints_and_writes(call, tmp_path):
