@@ -218,6 +218,20 @@ def uniform_current(velocity: Expr) -> Current:
     return lambda x: velocity
 
 
+#: Half the width over which a slope turns in a corner; a power of two, so that sums are exact.
+CORNER = 2.0**-16
+
+
+def at_most(x: Expr, high: Scalar) -> Expr:
+    """The lesser one of the two, whose slope in the corner is the mean of both sides; the value there is exact.
+
+    The middle one of the points of a hull in still water lies at z = 0 but for rounding (1e-8 of the hull): in the
+    corner of every profile that ends or turns there, where a sharp one would leave its slope to chance.
+    """
+    t = max_value(min_value((x - high) / CORNER, 1.0), -1.0)
+    return min_value(x, high - CORNER) + CORNER * (1 + t / 2 - t**2 + max_value(t, -t) * t**2 / 2)
+
+
 def power_law_current(velocity: Expr, depth: Scalar, exponent: Scalar) -> Current:
     """x -> velocity (1 + z/depth)^exponent, velocity at and above still water.
 
@@ -225,7 +239,7 @@ def power_law_current(velocity: Expr, depth: Scalar, exponent: Scalar) -> Curren
     """
 
     def profile(x: Expr) -> Expr:
-        height = max_value(min_value(1 + x[2] / depth, 1.0), 1e-3)
+        height = max_value(at_most(1 + x[2] / depth, 1.0), 1e-3)
         return velocity * height**exponent
 
     return profile
@@ -237,8 +251,8 @@ def tabulated_current(direction: Expr, z: Sequence[Scalar], speed: Sequence[Scal
     def profile(x: Expr) -> Expr:
         s = speed[0]
         for z0, z1, s0, s1 in zip(z, z[1:], speed, speed[1:], strict=False):
-            inside = min_value(max_value((x[2] - z0) / (z1 - z0), 0.0), 1.0)
-            s = s + (s1 - s0) * inside
+            inside = at_most((x[2] - z0) / (z1 - z0), 1.0)
+            s = s - (s1 - s0) * at_most(-inside, 0.0)
         return direction * s
 
     return profile

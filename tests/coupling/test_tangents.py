@@ -213,10 +213,6 @@ def test_periods():
     assert found.d_period.values[0][oscillates] == pytest.approx(((high - low) / 8)[oscillates], rel=0.02, abs=1e-8)
 
 
-@pytest.mark.xfail(
-    reason="the response of `short` jumps by 1e-4 between neighbours whose masses are 1e-4 apart, while their "
-    "equilibria are smooth to 1e-9; the cause is not found"
-)
 def test_response():
     """The same response of neighbours a per mille apart."""
     found = dolfbuoy.sensitivities("short", ["buoy.mass"], what="response")

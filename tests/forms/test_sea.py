@@ -161,6 +161,26 @@ def test_tabulated_current():
         np.testing.assert_allclose(value(profile(point(0, 0, height))), expected, rtol=1e-13)
 
 
+#: Profile, height of a corner [m], speed there [m/s], mean slope of both sides [1/s].
+CORNERS = {
+    "power": (sea.power_law_current(point(1.0), 20.0, 1 / 7), 0.0, 1.0, 1 / 280),
+    "its end": (sea.tabulated_current(point(1.0), [-20.0, 0.0], [0.5, 1.5]), 0.0, 1.5, 0.025),
+    "a row within": (sea.tabulated_current(point(1.0), [-20.0, -5.0, 8.0], [0.5, 2.0, 0.7]), -5.0, 2.0, 0.0),
+    "its foot": (sea.tabulated_current(point(1.0), [-20.0, 0.0], [0.5, 1.5]), -20.0, 0.5, 0.025),
+}
+
+
+@pytest.mark.parametrize("name", CORNERS)
+@pytest.mark.parametrize("off", [0.0, 4e-9, -4e-9])
+def test_slope_of_a_current_in_a_corner(name, off):
+    """The mean of both sides' (closed form), whatever rounding does to the height; the speed there is exact."""
+    profile, corner, speed, slope = CORNERS[name]
+    z = ufl.variable(ufl.as_ufl(corner + off))
+    found = apply_derivatives(apply_algebra_lowering(ufl.diff(profile(ufl.as_vector([0, 0, z]))[0], z)))
+    assert found(()) == pytest.approx(slope, rel=1e-4, abs=2e-5)
+    assert value(profile(point(0, 0, corner)))[0] == pytest.approx(speed, rel=1e-15)
+
+
 def test_heading_is_exact_along_the_axes():
     for degrees, expected in ((0, [1, 0, 0]), (90, [0, 1, 0]), (180, [-1, 0, 0]), (-90, [0, -1, 0]), (450, [0, 1, 0])):
         assert np.array_equal(heading(degrees), expected)
