@@ -71,6 +71,11 @@ class Winch:
             found.append(wind)
         return found
 
+    def length_of(self, number: int) -> float:
+        """Unstretched length of this rank's elements of a piece [m]."""
+        ends = self._now[self.lines.cells_of[number]]
+        return float(np.sum(ends[:, 3] - ends[:, 0]))
+
     def publish(self, time: float) -> None:
         """Give the mesh itself these lengths, and their rates at a time, for forms that no System evaluates."""
         compat.move_vertices(self.lines.mesh, self._now)

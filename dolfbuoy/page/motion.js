@@ -15,6 +15,7 @@ export class Recorded {
       this.cells = this.tension.length / this.frames.length;
     }
     this.bodies = view.buoys.map((buoy) => ({ position: unpack(buoy.position), orientation: unpack(buoy.orientation) }));
+    for (const { ends } of view.devices) for (const end of ends) if (end.path) end.path = unpack(end.path);
     this.forces = view.forces.map((force) => ({ ...force, values: unpack(force.values) }));
   }
 
@@ -24,6 +25,7 @@ export class Recorded {
     const state = { t, buoys, ...(this.view.lines ? this.lines(t) : { nodes: [], tension: [] }) };
     for (const held of this.view.lines?.held ?? []) this.pull(state, held, buoys[held.buoy]);
     state.forces = this.forces.map((force) => this.force(force, t, state));
+    state.devices = devicesAt(this.view, state, (path) => this.mixed(path, 3, t));
     return state;
   }
 
@@ -78,11 +80,21 @@ export class Recorded {
     }
   }
 
-  force({ kind, values, node, buoy, place }, t, { nodes, buoys }) {
-    const onBuoy = buoy !== undefined;
-    const at = onBuoy ? plus(buoys[buoy].at, turned(buoys[buoy].R, place)) : [0, 1, 2].map((k) => nodes[3 * node + k]);
-    return { kind, at, force: this.mixed(values, 3, t) };
+  force({ kind, values, ...where }, t, state) {
+    return { kind, at: placeOf(where, state), force: this.mixed(values, 3, t) };
   }
+}
+
+/** A place on a buoy, or at a node. */
+function placeOf({ node, buoy, place }, { nodes, buoys }) {
+  if (buoy !== undefined) return plus(buoys[buoy].at, turned(buoys[buoy].R, place));
+  return [0, 1, 2].map((k) => nodes[3 * node + k]);
+}
+
+/** Both ends of every take-off; now: the present place on a path. */
+function devicesAt(view, state, now) {
+  const end = (one) => (one.path ? now(one.path) : (one.at ?? placeOf(one, state)));
+  return view.devices.map(({ ends }) => ends.map(end));
 }
 
 /** A natural mode: the rest position, and the real part of its shape times exp(i phase), enlarged. */
@@ -107,7 +119,8 @@ export class Mode {
       const motion = [0, 1, 2, 3, 4, 5].map((k) => moved(this.motions[b], 6, k));
       return { at: plus(buoy.rest, motion.slice(0, 3)), R: product(aroundVector(motion.slice(3)), turnOf(buoy.turn)) };
     });
-    return { t, nodes, tension, buoys, forces: [] };
+    const state = { t, nodes, tension, buoys, forces: [] };
+    return { ...state, devices: devicesAt(this.view, state) };
   }
 }
 

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 MOST_OF_SERIES = 1_250_000
 
 
+#: Kinds of parts whose panels are chosen together, by dimension; devices are all shown.
+KINDS = {"buoy": "buoy", "take_off": "device", "winch": "device"}
+
+
 class Panel(dict[str, Any]):
     """A chart over time: {part, title, unit, factor, curves: [{name, values}]}; part: the cable or buoy it is of."""
 
@@ -53,7 +57,7 @@ def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, 
                 continue
             if curve.component:
                 values = values[:, "xyz".index(curve.component)]
-            kind, unit = "buoy" if quantity.kind == "buoy" else "line", quantity.unit.replace("degree", "deg")
+            kind, unit = KINDS.get(quantity.kind, "line"), quantity.unit.replace("degree", "deg")
             found.setdefault(curve.panel, (kind, unit, []))[2].append((curve.name, values))
     return found
 

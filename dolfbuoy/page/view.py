@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from ..model.airy import AirySum
 from ..model.sea import crest_height
-from ..results.frame import Force, Frames
+from ..results.devices import Point, winches_of
+from ..results.frame import Force, Frame, Frames
 from ..results.hulls import Floating
 from ..results.running import maximum
 from .pack import coarse, exact, single
@@ -39,6 +40,10 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
         packed = {"amplitude": w.amplitude, "kx": w.wavenumber * w.cosine, "ky": w.wavenumber * w.sine}
         packed |= {"omega": w.at_ground, "phase": w.phase}
         found["sea"]["waves"] = {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
+    for device, drawn in zip(frames.devices, found["devices"], strict=True):
+        for end, packed in zip(device.ends, drawn["ends"], strict=True):
+            if end.moves and end.path is not None:
+                packed["path"] = coarse(np.array([end.path(t) for t in record.time.values[rows]]))
     vectors = [force.vectors(rows) for force in frames.forces]
     found["forces"] = [_force(force) | {"values": coarse(v)} for force, v in zip(frames.forces, vectors, strict=True)]
     found["largestForce"] = max((float(np.linalg.norm(v, axis=-1).max()) for v in vectors), default=0.0)
@@ -55,8 +60,10 @@ def base_view(frames: Frames) -> dict[str, Any]:
     slope = list(scene.seabed.slope) if scene.seabed else [0.0, 0.0]
     found: dict[str, Any] = {"lines": _lines(frames) if frames.spans else None, "buoys": []}
     found |= {"forces": [], "largestForce": 0.0}
+    start = frames.at(frames.times[0])
+    found["devices"] = [{"ends": [_point(end, start) for end in one.ends]} for one in frames.devices]
     found["sea"] = {"depth": scene.sea.depth, "slope": slope, "waves": None} if scene.sea else None
-    for name, buoy in zip(frames.buoys, frames.at(frames.times[0]).buoys, strict=True):
+    for name, buoy in zip(frames.buoys, start.buoys, strict=True):
         upright = Floating(buoy.buoy, np.zeros(3), np.eye(3))
         found["buoys"].append({
             "outline": upright.outline.tolist() if upright.shape else None,
@@ -67,6 +74,13 @@ def base_view(frames: Frames) -> dict[str, Any]:
             "start": buoy.r_C.tolist(),
         })  # fmt: skip
     return found | {"box": box_around(frames, found["buoys"]), "labels": labels(frames)}
+
+
+def _point(end: Point, start: Frame) -> dict[str, Any]:
+    """Place of an end of a take-off: on a buoy, at a node, or fixed."""
+    if end.buoy is not None and end.arm is not None:
+        return {"buoy": end.buoy, "place": end.arm.tolist()}
+    return {"at": end.at(start).tolist()} if end.node is None else {"node": end.node}
 
 
 def _force(force: Force) -> dict[str, Any]:
@@ -98,12 +112,20 @@ def scale_of(tensions: NDArray[Any]) -> list[float]:
 
 
 def labels(frames: Frames) -> list[dict[str, Any]]:
-    """Names where there are several."""
+    """Names where there are several; take-offs and winches are always named."""
     found: list[dict[str, Any]] = []
     if len(frames.spans) > 1:
         found += [{"text": s.name, "node": (s.node.start + s.node.stop) // 2} for s in frames.spans]
     if len(frames.buoys) > 1:
         found += [{"text": name, "buoy": k} for k, name in enumerate(frames.buoys)]
+    found += [
+        {"text": "take-off" if len(frames.devices) == 1 else one.name, "device": k}
+        for k, one in enumerate(frames.devices)
+    ]
+    for name, piece, end in winches_of(frames.network):
+        found.append(
+            {"text": f"winch {name}" if len(frames.spans) > 1 else "winch", "node": frames.node_of(piece, end)}
+        )
     return found
 
 

@@ -37,6 +37,7 @@ const MARKS = {
   joint: ["ball", "ink", 2.2],
   clump: ["ball", "ink", 3.5],
   float: ["ball", "hull", 3.5],
+  winch: ["ball", "force-outside", 5],
 };
 
 /** Shows the states of a source (motion.js) in a canvas.
@@ -247,6 +248,11 @@ export class Viewer {
         segments.push(...this.node(k), ...this.node(k + 1), ...color, ...color, width, width);
       }
     }
+    for (const [from, to] of this.state.devices) {
+      const color = this.colors["force-holds"];
+      const [near, far] = [0.35, 0.65].map((share) => from.map((x, i) => x + share * (to[i] - x)));
+      segments.push(...from, ...to, ...color, ...color, 1.6, 1.6, ...near, ...far, ...color, ...color, 7, 7);
+    }
     for (const [b, buoy] of this.view.buoys.entries()) {
       if (!buoy.mast) continue;
       const { at, R } = this.state.buoys[b];
@@ -277,12 +283,19 @@ export class Viewer {
   }
 
   placeLabels() {
-    for (const { shown, node, buoy } of this.labels) {
-      const place = buoy === undefined ? this.node(node) : this.state.buoys[buoy].at;
+    for (const { shown, node, buoy, device } of this.labels) {
+      const place = this.placeOfLabel(node, buoy, device);
       const pixel = this.shown.names && this.painter.project(place);
       shown.hidden = !pixel;
       if (pixel) Object.assign(shown.style, { left: `${100 * pixel[0]}%`, top: `${100 * pixel[1]}%` });
     }
+  }
+
+  placeOfLabel(node, buoy, device) {
+    if (buoy !== undefined) return this.state.buoys[buoy].at;
+    if (device === undefined) return this.node(node);
+    const [from, to] = this.state.devices[device];
+    return from.map((x, i) => (x + to[i]) / 2);
   }
 
   /** Which way x, y and z point, in the corner. */

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from ..model.varying import force_over_time, seed_of, varies, wind_over_time
 from ..scene import Scene
 from ..scene.lines import Sinker
 from ..scene.network import attached_ends
+from .devices import devices_of, winches_of
 from .hulls import Floating
 from .parts import names_of
 
@@ -116,7 +118,8 @@ class Frame:
     @property
     def points(self) -> NDArray[Any]:
         """Points (n, 3) of all that is drawn [m]."""
-        return np.array([*self.x, *(buoy.at(height) for buoy in self.buoys for height in buoy.heights)])
+        ends = itertools.chain.from_iterable(device.at(self) for device in self.run.devices)
+        return np.array([*self.x, *(buoy.at(height) for buoy in self.buoys for height in buoy.heights), *ends])
 
     def elevation(self, points: NDArray[Any]) -> NDArray[Any]:
         """Height of the water at points (..., 3) [m]."""
@@ -166,7 +169,7 @@ class Frames:
     """The frames of a record, in which everything of the scene has its place.
 
     times: of the frames [s]; of a record without lines of all its rows.  spans, buoys, marks: of the cables, names of
-    the buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.
+    the buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.  devices: take-offs.
     """
 
     def __init__(self, record: xr.Dataset, scene: Scene):
@@ -176,6 +179,7 @@ class Frames:
         self.buoys = names_of(record, "buoy") if "buoy_position" in record else []
         self.marks = list(self._marks()) if self.spans else []
         self.forces = [*self._recorded(), *self._outside()]
+        self.devices = devices_of(self)
 
     def at(self, time: float | None = None) -> Frame:
         """The frame nearest to a time [s]; by default the last."""
@@ -206,8 +210,9 @@ class Frames:
 
     @property
     def places(self) -> NDArray[Any]:
-        """Places (n, 3) of all nodes and centres of mass at all times [m]."""
-        known = (self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record)
+        """Places (n, 3) of all nodes and centres of mass at all times, of ends of take-offs at the first [m]."""
+        known = [self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record]
+        known += [device.at(self.at(self.times[0])) for device in self.devices]
         return np.concatenate([places.reshape(-1, 3) for places in known])
 
     def node_of(self, piece: int, end: int) -> int:
@@ -235,6 +240,8 @@ class Frames:
         for piece, end, holder in self._ends():
             if holder.name is None and holder.kind != "buoy":
                 yield Mark("", holder.kind, 0.0, self.node_of(piece, end))
+        for _, piece, end in winches_of(self.network):
+            yield Mark("", "winch", 0.0, self.node_of(piece, end))
 
     def _recorded(self) -> Iterator[Force]:
         """Forces of lines on buoys, and of what holds their ends."""

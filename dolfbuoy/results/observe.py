@@ -53,7 +53,7 @@ class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, bend_utilisation,
-    buoy, mooring, water, joint, take_off, place_tension.
+    buoy, mooring, water, joint, take_off, winch, place_tension.
     """
 
     def __init__(
@@ -127,6 +127,7 @@ class Observer:
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
         self._bending = Bending(problem) if self.network.bends else None
+        self._wound = np.zeros(len(self.network.winches))
         self.places = tuple(places)
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
@@ -168,6 +169,8 @@ class Observer:
         if self.network.take_offs:
             here: list[NDArray[Any]] = [device.numbers for device in problem.take_offs]
             found["take_off"] = _joined(map(_all_of, here or [np.zeros(3)] * len(self.network.take_offs)))
+        if self.network.winches:
+            found["winch"] = _all_of(self._wound)
         if self.network.joints:
             found["joint"] = _joined(map(self._place_of, self.network.joints))
         return found
@@ -216,7 +219,7 @@ class Observer:
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
-        found |= {"joint": n.joints, "segment": stressed(n), "take_off": n.take_offs}
+        found |= {"joint": n.joints, "segment": stressed(n), "take_off": n.take_offs, "winch": n.winches}
         found["place"] = [place.name for place in self.places]
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
@@ -240,6 +243,9 @@ class Observer:
             self._bending.note()
         for device in self.problem.take_offs:
             device.note(self.problem.system.u)
+        for k, piece in enumerate(self.network.winches.values()):
+            lines, number = self.problem.lines.holder(piece)
+            self._wound[k] = lines.winch.length_of(number)
         self._pick()
         if self.comm.size == 1:
             return self._row

@@ -12,9 +12,9 @@ from .quantities import QUANTITIES
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Dimensions of what belongs to a cable, to a buoy, to an anchor, and to a take-off.
+#: Dimensions of what belongs to a cable, to a buoy, to an anchor, to a take-off and to a winch.
 OWN = {"cable": {"cable", "segment", "node", "cell", "place"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
-OWN["take_off"] = {"take_off"}
+OWN |= {"take_off": {"take_off"}, "winch": {"winch"}}
 #: Dimensions of which a part of a record has its own, or none.
 _SHARED = {"attachment", "joint"}.union(*OWN.values())
 
@@ -65,6 +65,10 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
 def alone(record: "xr.Dataset") -> "xr.Dataset":
     """A record without the dimensions cable, buoy, ... where there is one: for interactive use."""
     return record.squeeze(
-        [d for d in ("cable", "buoy", "attachment", "anchor", "segment", "take_off") if record.sizes.get(d) == 1],
+        [
+            d
+            for d in ("cable", "buoy", "attachment", "anchor", "segment", "take_off", "winch")
+            if record.sizes.get(d) == 1
+        ],
         drop=True,
     )

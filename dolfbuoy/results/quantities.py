@@ -117,6 +117,7 @@ _buoy_vector = _of("buoy xyz")
 _buoy = _of("buoy")
 _anchor = _of("anchor")
 _take_off = _of("take_off")
+_winch = _of("winch")
 _end_vector = _of("attachment xyz")
 _frame_nodes = _of("node xyz", "frame")
 _run_nodes = _of("node xyz", "run")
@@ -396,6 +397,14 @@ _ALL: tuple[Quantity, ...] = (
         curves=(Curve("absorbed power", "of the take-off"),),
         summary="absorbed power",
         peaks="",
+    ),
+    _winch(
+        "winch_length",
+        "m",
+        "unstretched length of the line with the winch",
+        read=lambda n: n["winch"],
+        curves=(Curve("unstretched length", "at the winch"),),
+        summary="unstretched length by the winch",
     ),
     _buoy_vector("linear_momentum", "kg m s-1", "linear momentum of the buoy, p", read=lambda n: n.motion.momentum),
     _buoy_vector(

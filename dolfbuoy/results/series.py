@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 #: Seconds for which a level has to be exceeded to count as lasting.
 LASTING = 1.0
 #: Dimensions of a record over its parts, and what stands before the name of a part in a label.
-OF, OF_PART = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place", "take_off"), " of "
+OF = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place", "take_off", "winch")
+OF_PART = " of "
 #: Units of numbers that are not in the unit of their series.
 UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s", "m0": "m2", "damage": "1"}
 #: What numbers are called where their names are no words.

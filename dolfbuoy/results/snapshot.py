@@ -105,6 +105,7 @@ def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str
         _draw_velocity(axes, now, box, legend)
     _draw_lines(axes, now, box, legend)
     _draw_marks(axes, now, box, legend)
+    _draw_devices(axes, now, box, legend)
     _draw_surfaces(axes, now, box, legend)
     for buoy in now.buoys:
         if buoy.mast is not None:
@@ -184,6 +185,7 @@ JOINTS = {
     "joint": (".", 4.0, COLORS["ink"], "joint"),
     "clump": ("D", 4.0, COLORS["ink"], "clump"),
     "float": ("o", 5.0, COLORS["orange"], "float"),
+    "winch": ("P", 5.0, COLORS["red"], "winch"),
 }
 
 
@@ -192,7 +194,8 @@ def _draw_marks(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]
     for mark, place in _marked(now):
         if ((place > box[0] - 1e-9) & (place < box[1] + 1e-9)).all():
             symbol, size, color, words = JOINTS[mark.kind]
-            axes.plot(*place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
+            zorder = 6 if mark.kind == "winch" else 3.5  # it stands on its buoy
+            axes.plot(*place[:, None], symbol, color=color, ms=size, ls="none", zorder=zorder)
             words = "anchor" if now.scene.sea and mark.kind == "fixed" else words
             legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
@@ -200,6 +203,17 @@ def _draw_marks(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]
 def _marked(now: Frame) -> list[tuple[Mark, NDArray[Any]]]:
     """(mark, place) of what has a symbol; a free end has none."""
     return [(mark, now.x[mark.node]) for mark in now.run.marks if mark.kind in JOINTS]
+
+
+def _draw_devices(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
+    """Take-offs, thick in the middle."""
+    for device in now.run.devices:
+        ends = _inside(device.at(now), box)
+        if len(ends):
+            axes.plot(*ends.T, color=COLORS["green"], lw=1.0, zorder=3.4)
+            body = ends[0] + np.outer([0.35, 0.65], ends[-1] - ends[0])
+            axes.plot(*body.T, color=COLORS["green"], lw=3.5, zorder=3.4, solid_capstyle="butt")
+            legend["take-off"] = Line2D([], [], color=COLORS["green"], lw=3.5, label="take-off")
 
 
 def _draw_plan(axes: Any, now: Frame) -> None:

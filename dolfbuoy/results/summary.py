@@ -41,6 +41,8 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
         rows += _named(part, _declared(part.record, "anchor"))
     for part in parts_of(record, "take_off"):
         rows += _named(part, [*_declared(part.record, "take_off"), _mean_power(part.record, scene)])
+    for part in parts_of(record, "winch"):
+        rows += _named(part, _declared(part.record, "winch"))
     for part in parts_of(record, "buoy"):
         z = part.record.buoy_position.sel(xyz="z")
         places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
@@ -112,7 +114,7 @@ def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
 
 
 #: Dimensions of the numbers and vectors of an equilibrium that are shown, in the order of the table; "": of the whole.
-_OF = ("cable", "anchor", "buoy", "take_off", "attachment", "")
+_OF = ("cable", "anchor", "buoy", "take_off", "winch", "attachment", "")
 
 
 def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:

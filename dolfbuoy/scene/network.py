@@ -98,6 +98,11 @@ class Network:
         return any(piece.section.bending_stiffness for piece in self.pieces)
 
     @cached_property
+    def winches(self) -> dict[str, int]:
+        """Names of pieces whose unstretched length changes over time -> their numbers."""
+        return {self.name_of(k): k for k, piece in enumerate(self.pieces) if piece.section.winch is not None}
+
+    @cached_property
     def _spans(self) -> list[range]:
         """Numbers of the pieces of each cable."""
         found = [range(0)] * len(self.cables)

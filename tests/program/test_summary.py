@@ -225,7 +225,7 @@ def test_units_of_the_record():
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell place_s length_on_bed touchdown joint_position offset freeboard "
-        "anchor_moved take_off_length "
+        "anchor_moved take_off_length winch_length "
         "cable_position_minimum cable_position_maximum wave_amplitude min_bend_radius",
         "s": "time time_step frame wave_period parted_at",
         "m s-1": "cable_velocity",
