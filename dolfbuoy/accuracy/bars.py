@@ -106,11 +106,14 @@ def bars_of(
         sentences.append(
             f"Bars are those of the run until {end:g} s, in proportion to the range of each series{later}."
         )
-    found, far, left = {}, [], any(map(_left, corrected.values()))
+    found, far, left = {}, [], any(_left(one, alongside.get(key)) for key, one in corrected.items())
     if left and reason is None:
         sentences.append("The error of the steps cannot be followed to the end of the run, so that bars are suspect.")
     around = {event: _around(record, event, other) for event, other in (events or {}).items()}
     for (name, part), series in whole.items():
+        if not np.isfinite(series.x).all():
+            found |= {Output(name, n, part): Bar(x, math.nan, NONE) for n, x in numbers_of(series).items()}
+            continue
         both = (fine.get((name, part)), coarse.get((name, part)))
         divided = first if name == "tension_anchor" and _of_elements(scene) else factor
         total, rms, lost = _compared(series, *both, divided) if all(both) else (UNKNOWN, math.nan, False)
@@ -149,8 +152,8 @@ def _compared(
 
     fine, coarse: in one window, which stands for all of the series by the range in it, unless it is the `whole` matter.
     """
-    if not all(np.isfinite(one.x).all() for one in (series, fine, coarse)):  # the radius of what is straight
-        return dict.fromkeys(FLOOR, math.nan), math.nan, False
+    if not all(np.isfinite(one.x).all() for one in (fine, coarse)):
+        return UNKNOWN, math.nan, False
     x = np.interp(coarse.t, fine.t, fine.x)
     rms = math.sqrt(np.mean((x - coarse.x) ** 2))
     share = np.ptp(series.x) / np.ptp(fine.x) if np.ptp(fine.x) > 0 and not whole else 1.0
@@ -171,9 +174,10 @@ def _of_steps(series: Series, alongside: Series | None, corrected: Series | None
     return {n: share * (one[n] - other[n]) for n in FLOOR}, share * math.sqrt(np.mean((alongside.x - corrected.x) ** 2))
 
 
-def _left(corrected: Series) -> bool:
-    """True if the trajectory without the error of the steps could not follow the run to its end."""
-    return not np.all(np.isfinite(corrected.x[:-1]))  # the last step may be a shorter one
+def _left(corrected: Series, alongside: Series | None) -> bool:
+    """True if the trajectory without the error of the steps could not follow the run, a finite one, to its end."""
+    followed = np.isfinite(corrected.x[:-1])  # the last step may be a shorter one
+    return not followed.all() and alongside is not None and bool(np.isfinite(alongside.x).all())
 
 
 def corrected_of(record: "xr.Dataset") -> "xr.Dataset":

@@ -40,7 +40,7 @@ def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> d
         if name != ANCHOR and not declared(name).has_outputs:
             continue
         kept = (series.t >= start - 1e-9 * max(abs(start), 1.0)) & (series.t <= end * (1 + 1e-9))
-        if kept.sum() > 2:
+        if kept.sum() > 2 and not np.isinf(series.x[kept]).all():  # as the radius of a line that never bends
             found[name, part] = Series(series.label, series.t[kept], series.x[kept], series.noise)
     return found
 
@@ -54,7 +54,12 @@ def _anchors(record: "xr.Dataset") -> Iterator[Series]:
 
 
 def numbers_of(series: Series) -> dict[str, float]:
-    """Numbers of a series in its unit; extremes by the parabola through the highest step and its neighbours."""
+    """Numbers of a series in its unit; extremes by the parabola through the highest step and its neighbours.
+
+    A series that is not finite everywhere, as the radius of a line that is straight at times, has what is finite.
+    """
+    if not np.isfinite(series.x).all():
+        return {"max": series.maximum, "min": series.minimum, "mean": series.mean, "std": math.nan}
     return {
         "max": _vertex(series.t, series.x),
         "min": -_vertex(series.t, -series.x),

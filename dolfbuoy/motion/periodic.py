@@ -99,7 +99,9 @@ class State:
         self._weights = np.concatenate(weights)
 
     def values(self):
-        """A copy; after the rows directions and lengths of the chords."""
+        """A copy; after the rows directions and lengths of the chords of a line in one piece."""
+        if not self._chained:
+            return np.concatenate(self._rows)
         chords = np.diff(self._positions, axis=0)
         lengths = np.linalg.norm(chords, axis=1)
         return np.concatenate([*self._rows, (chords / lengths[:, None]).ravel(), lengths])

@@ -509,12 +509,18 @@ _ALL += tuple(
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 
 
+def less(one: Any, other: Any) -> NDArray[Any]:
+    """Difference of two arrays; nan where both are infinite, as the radius of a straight line is."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(one - other)
+
+
 def errors(values: Mapping[str, NDArray[Any]], corrected: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Errors of quantities, by the names of those, from values of a run and of its corrected trajectory."""
     found = {}
     for name in values.keys() & corrected.keys():
         if (error := QUANTITIES.get(name + ERROR)) is not None:
-            difference = values[name] - corrected[name]
+            difference = less(values[name], corrected[name])
             found[error.name] = (difference + 180) % 360 - 180 if error.turning else difference
     return found
 

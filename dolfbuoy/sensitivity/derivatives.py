@@ -18,7 +18,7 @@ from ..parallel import interruption
 from ..results.folder import keep, make_ready
 from ..results.measured import window_start
 from ..results.observe import Observer
-from ..results.quantities import QUANTITIES
+from ..results.quantities import QUANTITIES, less
 from ..results.record import LABELS
 from ..scene import Scene, load_scene
 from ..statics.equilibrium import solve_equilibrium
@@ -154,7 +154,7 @@ def of_modes(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM
             which = np.abs(near.eigenvalue.values @ (1, 1j) - eigenvalues[:, None]).argmin(axis=1)
             pair.append(near.isel(mode=which))
         for name, rows in slopes.items():
-            rows.append((pair[1][name].values - pair[0][name].values) / (2 * STIFF * p.scale))
+            rows.append(less(pair[1][name].values, pair[0][name].values) / (2 * STIFF * p.scale))
     for name, rows in slopes.items():
         text = {"long_name": f"derivative of the {name.replace('_', ' ')}", "units": "over parameter_unit"}
         base[f"d_{name}"] = (("parameter", "mode"), np.array(rows), text)
@@ -176,7 +176,7 @@ def of_response(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.C
     ]
     for name in names:
         slopes = [
-            (high[name].values - low[name].values) / (2 * p.distance * p.scale)
+            less(high[name].values, low[name].values) / (2 * p.distance * p.scale)
             for p, (low, high) in zip(parameters, pairs, strict=True)
         ]
         text = {"long_name": f"derivative of {base[name].attrs.get('long_name', name)}", "units": "over parameter_unit"}
@@ -230,7 +230,7 @@ def _dataset(scene, parameters, values, neighbours, labels, times=None):
     found = xr.Dataset(data, coords)
     pairs = list(zip(neighbours[::2], neighbours[1::2], strict=True))
     for name, one in names.items():
-        slope = np.array([h * (high[name] - low[name]) for h, (low, high) in zip(half, pairs, strict=True)])
+        slope = np.array([h * less(high[name], low[name]) for h, (low, high) in zip(half, pairs, strict=True)])
         text = {"long_name": f"derivative of {one.long_name}", "units": f"{one.unit} over parameter_unit"}
         found[f"d_{name}"] = (("parameter", *above, *one.dims), slope, text)
     found = _labelled(found, scene, parameters)
@@ -261,7 +261,7 @@ def _outputs(scene, parameters, found, pairs, half):
     slopes = np.zeros((len(parameters), len(base)))
     for row, h, (low, high) in zip(slopes, half, pairs, strict=True):
         below, above = outputs(low), outputs(high)
-        row[:] = [h * (above[output] - below[output]) for output in base]
+        row[:] = [h * less(above[output], below[output]) for output in base]
     value = np.array(list(base.values()))
     sizes = np.array([1.0 if np.isnan(p.value) else p.value for p in parameters])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -315,6 +315,15 @@ def test_two_ranks(tmp_path):
         assert np.abs(together[name].values - alone[name].values).max() < 1e-8 * size, name
 
 
+def test_bars_beside_a_line_that_never_bends():
+    """Its radius is infinite and no output, and takes nothing from others' bars; nothing warns."""
+    run = simulate(MIXED, accuracy={"estimate": "time"})
+    outputs = zip(run.output_of.values, run.output.values, strict=True)
+    assert np.isinf(run.min_bend_radius.sel(cable="chain")).all()
+    assert {of for of, output in outputs if "radius" in output} == {"column"}
+    assert "cannot be followed" not in run.attrs["bar_says"]
+
+
 def test_an_end_that_is_turned():
     """Slowly from along x to 60 degrees and held: the curve at rest of that direction, with a direction in time or on a
     vessel that pitches."""

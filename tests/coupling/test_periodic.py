@@ -11,6 +11,7 @@ from dynamics_helpers import running
 from dolfbuoy import InputError, SolveError, load_scene
 from dolfbuoy.motion import periodic as motion
 from dolfbuoy.motion.periodic import Cycle, in_equal_steps
+from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.scene import settings
 
 COARSE = {"cable.elements": 8, "time.step": 0.1}
@@ -96,6 +97,12 @@ def test_leap_that_leads_away_is_taken_back(monkeypatch):
         np.testing.assert_allclose(cycle.state.values(), before, rtol=1e-11, atol=1e-11)
         assert (simulation.t - t) % cycle.period == pytest.approx(0.0, abs=1e-9)
         assert len(cycle.after) == 2
+
+
+def test_state_of_a_line_in_pieces():
+    """Nodes of two pieces at one place have no chord: a warning, and no number, of those before."""
+    simulation = Simulation(load_scene("lazy-wave", time__scheme="bdf2", time__tolerance=None))
+    assert np.isfinite(motion.State(simulation).values()).all()
 
 
 def test_no_cycle_within_so_many_periods():

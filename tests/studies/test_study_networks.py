@@ -227,3 +227,21 @@ def test_energy(tmp_path):
     rows = [energy.evaluate({"scene": BRIDLE, "t_end": 1.0, "step": h, "scheme": "bdf2"}) for h in (0.04, 0.02)]
     assert 1.7 < np.log2(rows[0]["defect"] / rows[1]["defect"]) < 2.3
     assert abs(rows[1]["defect"]) < 0.02 * abs(rows[1]["drag"])
+
+
+def test_energy_where_nothing_is_drained(tmp_path):
+    """A chain swings in nothing: its defect is related to the rises and falls of its kinetic energy."""
+    scene = tmp_path / "swing.toml"
+    scene.write_text(
+        '[cable]\nlength = 10.0\nline_density = 5.0\naxial_stiffness = 1e5\nelements = 3\ntop.kind = "prescribed"\n'
+        "top.position = [6.0, 0.0, 0.0]\ntop.amplitude = [0.5, 0.0, 0.5]\ntop.period = 2.0\ntop.ramp = 0.5\n"
+    )
+    (table,) = energy.study(tmp_path, str(scene), 0.8, [0.02, 0.01])
+    assert table.columns["relative"] == "defect/swings of kinetic energy"
+    assert "drag" not in table.columns
+    for row in table.rows:
+        assert 0 < row["relative"] < 0.2
+    assert [row["order"] > 0.7 for row in table.rows if row["order"] is not None] == 3 * [True]
+    scene.write_text(scene.read_text().replace("[0.5, 0.0, 0.5]", "[0.0, 0.0, 0.0]"))
+    with pytest.raises(InputError, match="nothing moves"):
+        energy.study(tmp_path / "still", str(scene), 0.8, [0.02])
