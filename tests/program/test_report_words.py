@@ -1,0 +1,191 @@
+"""Words and numbers of a report, each alone: what was loaded, how cases ended, what governs, the largest values.
+
+Source: scenes, verdicts and datasets made by hand whose numbers all differ.
+"""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from dynamics_helpers import MOORED
+from made_up import SCENE
+
+from dolfbuoy import load_scene
+from dolfbuoy.page import report
+from dolfbuoy.results import figures, style
+from dolfbuoy.results.criteria import Verdict
+from dolfbuoy.results.statistics import collect
+
+LINE = {"line_density": 9.0, "diameter": 0.05, "axial_stiffness": 1e6}
+TWO = {
+    "sea": {"depth": 20.0},
+    "seabed": {},
+    "cable": [
+        LINE | {"name": "fore", "from": [30.0, 0.0, -20.0], "to": "left",
+                "segments": [{"length": 12.0}, {"length": 25.5}]},
+        LINE | {"name": "aft", "from": [-30.0, 0.0, -20.0], "to": "right", "length": 33.0},
+        LINE | {"name": "link", "from": "left", "to": "right", "length": 5.0},
+    ],
+    "buoy": [
+        {"name": name, "hull": [[0, 2], [2, 2]], "mass": mass}
+        | {"point_masses": [{"mass": 30.0, "height": 1.0}, {"mass": 11.0, "height": 2.0}]}
+        for name, mass in (("left", 500.0), ("right", 700.0))
+    ],
+}  # fmt: skip
+
+
+def cells(text):
+    """Texts of the cells of each row of the tables of a text."""
+    rows = re.findall(r"<tr>(.*?)</tr>", str(text), re.DOTALL)
+    return [tuple(re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row)) for row in rows]
+
+
+def test_lines_and_buoys_in_words():
+    """Lengths of all segments, names where there are several, masses with what stands on the hull."""
+    assert report.in_words(load_scene(TWO)) == [
+        "Line fore: 37.5 m in 2 segments, from the anchor to left, in 20 m of water, lying on the sea bed where it "
+        "touches it.",
+        "Line aft: 33 m, from the anchor to right, in 20 m of water, lying on the sea bed where it touches it.",
+        "Line link: 5 m, from left to right, in 20 m of water, lying on the sea bed where it touches it.",
+        "Buoy left: 541 kg.",
+        "Buoy right: 741 kg.",
+        "Loads: no waves.",
+    ]
+
+
+#: Without what moves it.
+STILL = {key: value for key, value in MOORED.items() if key not in ("waves", "current")}
+SLOW = {"current": {"speed": 0.5}}
+SEA = {"spectrum": "jonswap", "significant_height": 2.5, "peak_period": 7.25, "seed": 4}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "no waves"),
+        (
+            SLOW | {"waves": SEA},
+            "an irregular sea of Hs = 2.5 m, period 7.25 s, seed 4, a current of 0.5 m/s towards 0 degrees",
+        ),
+        ({"waves": {"components": [[0.3, 4.0, 0.0, 0.0]]}}, "an irregular sea, period 4 s, seed 0"),
+        (
+            {"current": {"profile": [[-20.0, 0.1], [0.0, 0.6]], "direction_deg": 40.0}},
+            "no waves, a current by depth towards 40 degrees",
+        ),
+        (
+            {"current": {"speed": 0.7, "over_time": [[0.0, 1.0, 0.0], [60.0, 0.5, 0.0]]}},
+            "no waves, a current of 0.7 m/s towards 0 degrees, changing over time",
+        ),
+    ],
+)  # fmt: skip
+def test_waves_and_current_in_words(changes, said):
+    assert report._sea(load_scene(STILL | changes)) == said
+    blown = load_scene(STILL | changes, wind={"speed_10m": 12.5, "area": 1.0, "height": 2.0})
+    assert report.in_words(blown)[-1] == f"Loads: {said}, wind of 12.5 m/s 10 m above the water."
+
+
+def test_settings_and_who_computed():
+    scene = load_scene(MOORED, time={"end": 90.0, "step": 0.04, "scheme": "bdf2"}, author="A. E.")
+    assert report._settings(scene) == [("scheme", "BDF2"), ("step", "0.04 s")]
+    assert report._duration(scene) == "90 s"
+    assert report._settings(load_scene(MOORED, time=None)) == []
+    rows = cells(report._revision(scene, {"created": "today", "version_dolfbuoy": "1.5"}))
+    assert rows[-3:] == [("author", "A. E."), ("computed", "today"), ("program", "dolfbuoy 1.5")]
+    assert cells(report._revision(scene, {"computed_by": "a twin"}))[-1] == ("program", "a twin")
+
+
+def test_the_conclusion_names_what_is_closest():
+    """The least part of the limit that is left; without one of a limit of 0; what is missed in so many of them."""
+    scene = load_scene(MOORED, criteria={"largest_offset": 10.0})
+    judged = [
+        Verdict("offset", "buoy", 7.0, 10.0, "m"),
+        Verdict("freeboard", "buoy", 1.1, 1.0, "m", upper=False),
+        Verdict("lean", "buoy", 5.0, 20.0, "deg"),
+    ]
+    assert "All 3 criteria are met; freeboard is the closest (met, 10 % left)." in report._conclusion(scene, judged)
+    calm = [Verdict("no uplift of anchors", "a", -5.0, 0.0, "N")]
+    assert "All 1 criteria are met." in report._conclusion(scene, calm)
+    missed = [*judged, Verdict("offset of the other", "right", 12.0, 10.0, "m")]
+    text = report._conclusion(scene, missed)
+    assert "1 of 4 criteria are not met." in text
+    assert "12 m, at most 10 m (20 % missing)" in text
+    assert "were not judged" in report._conclusion(scene, [])
+    assert [row[0] for row in cells(report._criteria(judged))] == ["criterion", "offset", "freeboard", "lean"]
+
+
+def rows(count, failed=()):
+    """Rows of a sweep over two keys; the second number differs from the first."""
+    found = []
+    for k in range(count):
+        numbers = {"mean": 5.0 + k, "minimum": 1.0 + k, "maximum": 9.0 + k, "standard_deviation": 1.0}
+        status = "SolveError: no" if k in failed else "done"
+        changes = {"waves.amplitude": 0.1 * (k + 1), "current.speed": 2.0 + k}
+        criteria = [{"criterion": "offset", "part": "buoy", "value": 6.0, "limit": 10.0 - k, "unit": "m"}]
+        row = {
+            "changes": changes,
+            "status": status,
+            "statistics": {} if k in failed else {"tension_top of line": numbers},
+        }
+        found.append(row | {"criteria": [] if k in failed else criteria})
+    return found
+
+
+def test_cases_in_words():
+    """Number, keys with their values, how it ended and what is left; the first 200 of more."""
+    first, second, last = report._cases(collect(rows(3, failed=[1])))
+    assert first == ("1", "waves.amplitude = 0.1, current.speed = 2.0 (done; offset buoy: 40 % left)")
+    assert second == ("2", "waves.amplitude = 0.2, current.speed = 3.0 (SolveError: no)")
+    assert last == ("3", f"waves.amplitude = {3 * 0.1}, current.speed = 4.0 (done; offset buoy: 25 % left)")
+    every = list(report._cases(collect([rows(1)[0]] * 203)))
+    assert (len(every), every[199][0], every[200]) == (201, "200", ("...", "and 3 more"))
+    assert len(list(report._cases(collect([rows(1)[0]] * 200)))) == 200
+
+
+def test_a_sweep_says_how_many_cases_have_no_result(tmp_path):
+    dataset = collect(rows(4, failed=[1, 2])).assign_attrs(scene=load_scene(MOORED).to_toml(), varied="waves.amplitude")
+    text = report.of_sweep(dataset, tmp_path)
+    assert "2 of 4 cases have no result." in text
+    assert "<title>Report of a sweep</title>" in text
+    whole = collect(rows(2)).assign_attrs(scene=load_scene(MOORED).to_toml(), title="Harbour")
+    text = report.of_sweep(whole, tmp_path)
+    assert "have no result" not in text
+    assert "<title>Harbour</title>" in text
+    assert "No criteria were given" in text
+
+
+def test_extremes_of_all_cases():
+    """Least and largest of all of them with the case of the largest, and the largest of what is most probable."""
+    top = {"minimum": [4200.0, 3100.0, 5000.0], "mean": [6e3, 7e3, 8e3], "maximum": [9100.0, 12500.0, 11000.0]}
+    lean = {"minimum": [0.5, 0.25, 0.75], "mean": [5.0, 6.0, 7.0], "maximum": [21.0, 20.0, 22.5]}
+    data = {f"tension_top_{k}": (("run", "cable"), np.array(v)[:, None], {"units": "N"}) for k, v in top.items()}
+    data |= {f"cone_angle_{k}": (("run", "buoy"), np.array(v)[:, None], {"units": "degree"}) for k, v in lean.items()}
+    probable = np.array([[[13e3, 1.0, 1.0]], [[14e3, 2.0, 3.0]], [[np.nan] * 3]])
+    data["tension_top_most_probable"] = ("set", "cable", "bound"), probable
+    found = xr.Dataset(data, {"run": ["a", "b", "c"], "cable": ["line"], "buoy": ["buoy"]})
+    text = report._extremes(found, ["a note"])
+    assert cells(text)[1:] == [
+        ("tension top", "3.1", "12.5", "kN", "b", "14"),
+        ("cone angle", "0.25", "22.5", "degree", "c", ""),
+    ]
+    assert "a note" in text
+    empty = found.assign(tension_top_maximum=np.nan * found.tension_top_maximum)
+    assert [row[0] for row in cells(report._extremes(empty, []))[1:]] == ["cone angle"]
+
+
+@pytest.mark.parametrize("names", [["line"], ["fore", "aft"]])
+def test_figures_are_of_the_first_line(names, monkeypatch):
+    """Named where there are several."""
+    asked = []
+    assert figures.FIGURES is style.FIGURES
+
+    def draw(record, scene, **of):
+        asked.append(of)
+        return "drawn"
+
+    draw.part = "cable"
+    monkeypatch.setattr(style, "FIGURES", {"tension": draw})
+    shown = list(report._of_run(xr.Dataset({"tension_top": ("cable", np.ones(len(names)))}, {"cable": names}), SCENE))
+    more = f" {names[0]}" if len(names) > 1 else ""
+    assert shown == [(f"Tension at both ends of the line{more}.", "drawn")]
+    assert asked == [{"cable": names[0]}]
