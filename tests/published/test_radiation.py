@@ -13,8 +13,10 @@ from helpers import REFERENCE, reference
 from scipy.integrate import trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
+from verification import measured
+from verification.measured import hull_of_sphere
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.linear.seaway import responses
 from dolfbuoy.model.memory_fit import Kernel
 from dolfbuoy.model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of, wavenumbers
@@ -22,14 +24,6 @@ from dolfbuoy.model.potential_flow import coefficients_of, draft_of, froude_kryl
 CASES = {case["name"]: case for case in reference("radiation")["cases"]}
 CYLINDER, OES = CASES["truncated_cylinder_heave"], reference("hull")["oes_sphere_decay"]["expected"]
 G, RHO = 9.81, 1025.0
-
-
-def sphere(radius, **buoy):
-    """Chords of a sphere, which have its volume to 0.1 %."""
-    angle = np.linspace(0.0, math.pi, 61)
-    rows = np.column_stack([radius * (1 - np.cos(angle)), 2 * radius * np.sin(angle)])
-    rows[[0, -1], 1] = 0.0
-    return {"hull": rows.tolist(), **buoy}
 
 
 SCENES = {
@@ -46,13 +40,14 @@ SCENES = {
     "sphere": {
         "gravity": G,
         "sea": {"depth": 200.0, "density": 1000.0},
-        "buoy": sphere(5.0, mass=261_800.0, center_of_mass=3.0, inertia=[1.69e6, 1.69e6]),
+        "buoy": {
+            "hull": hull_of_sphere(5.0),
+            "mass": 261_800.0,
+            "center_of_mass": 3.0,
+            "inertia": [1.69e6, 1.69e6],
+        },
     },
-    "sphere_of_kramer": {
-        "gravity": 9.82,
-        "sea": {"depth": 0.9, "density": 998.2},
-        "buoy": sphere(0.15, mass=7.056, center_of_mass=0.1152, inertia=[0.0982, 0.0731]),
-    },
+    "sphere_of_kramer": measured.sphere(),
 }
 
 
@@ -61,6 +56,10 @@ def scene_of(name, time=None, **buoy):
     known = SCENES[name]
     own = known["buoy"] | {"potential_flow": str(REFERENCE / f"{name}.nc")} | buoy
     return load_scene(known | {"buoy": own} | ({"time": time} if time else {}))
+
+
+def in_steps(step, end):
+    return {"end": end, "step": step, "scheme": "generalized-alpha"}
 
 
 def coefficients(name):
@@ -148,18 +147,9 @@ def test_response_of_the_sphere():
 # -- decays ------------------------------------------------------------------------------------------------------------
 
 
-def released(name, height, step, end, **buoy):
-    """(t, z over its rest) of a buoy released at a height [m]."""
-    scene = scene_of(name, {"end": end, "step": step, "scheme": "generalized-alpha"}, **buoy)
-    rest = scene.buoys[0].center_of_mass - draft_of(scene, scene.buoys[0])
-    run = simulate(load_scene(scene, **{"initial.buoy_position": [0.0, 0.0, rest + height]}))
-    assert np.abs(run.buoy_position.values[:, 0, :2]).max() < 1e-9
-    return run.time.values, run.buoy_position.values[:, 0, 2] - rest
-
-
 def test_decay_of_the_sphere():
     """Extremes within the 0.003 m of the reference, of a metre; today's strips are 5 % off."""
-    t, z = released("sphere", 1.0, 0.04, 18.0)
+    t, z = measured.released(scene_of("sphere", in_steps(0.04, 18.0)), 1.0)
     exact = np.array(OES["extremes_t_z"])
     assert CubicSpline(t, z)(exact[:, 0]) == pytest.approx(exact[:, 1], abs=0.003)
 
@@ -189,7 +179,7 @@ def test_decay_of_the_cylinder():
     """Order 4 within 0.003 of the release height of the integral with the whole memory; 4 and 6 agree to 0.3 %."""
     height, found = 1e-3, {}
     for order in (4, 6):
-        t, z = released("truncated_cylinder", height, 0.0025, 10.0, memory_order=order)
+        t, z = measured.released(scene_of("truncated_cylinder", in_steps(0.0025, 10.0), memory_order=order), height)
         found[order] = z / height
     exact = exact_decay(t[::40])
     assert found[4][::40] == pytest.approx(exact, abs=0.003)

@@ -4,14 +4,14 @@ Source: the period and the decay of the OES Task 10 sphere (tests/reference/hull
 purpose; Kramer et al. 2021, Energies 14(2):269, a free heave decay measured from three heights.
 """
 
-import csv
 import math
 
 import numpy as np
 import pytest
 import xarray as xr
 from helpers import REFERENCE
-from test_radiation import OES, released, scene_of
+from test_radiation import OES, scene_of
+from verification.measured import HULLS, decay, measured_decays, sphere
 
 from dolfbuoy import load_scene, modes, simulate
 from dolfbuoy.check import derived
@@ -103,22 +103,6 @@ def test_a_scene_names_a_file_of_its_own_folder_only(tmp_path):
 # -- measured ----------------------------------------------------------------------------------------------------------
 
 
-def measured():
-    lines = (REFERENCE / "kramer2021_sphere.csv").read_text().splitlines()
-    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-    return {int(row["H0_mm"]): {name: float(value) for name, value in row.items()} for row in rows}
-
-
-def decay(height):
-    """(first damped period [s], decay rate [1/s], first trough [m]) of the sphere, as the measurements were reduced."""
-    t, z = released("sphere_of_kramer", height, 0.002, 4.0)
-    zeros = [a - za * (b - a) / (zb - za) for a, b, za, zb in zip(t, t[1:], z, z[1:], strict=False) if za * zb < 0]
-    inner = np.flatnonzero((z[1:-1] - z[:-2]) * (z[2:] - z[1:-1]) < 0) + 1
-    extremes = np.abs(z[inner][:6])
-    slope = np.polyfit(t[inner][:6], np.log(extremes), 1)[0]
-    return 2 * (zeros[1] - zeros[0]), -slope, extremes[0]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("height", [30, 90, 150])
 def test_measured_decay(height):
@@ -127,8 +111,8 @@ def test_measured_decay(height):
     From 150 mm, where the sphere begins above the water, the decay is 11 % too fast: the waves that it makes are
     those of its place at rest.  The paper's code of the same theory (LPF2) has the same, to 1 %.
     """
-    row = measured()[height]
-    period, rate, _ = decay(height / 1000)
+    row = measured_decays()[height]
+    period, rate, _ = decay(sphere(**HULLS["with memory"]), height / 1000)
     assert period == pytest.approx(row["T1_s"], rel=0.01)
     assert height == 150 or rate == pytest.approx(row["decay_per_s"], rel=0.05)
     assert period == pytest.approx(row["T1_LPF2"], rel=3e-3)
