@@ -22,7 +22,7 @@ def motion_of(top: Top) -> Callable[[float], list[float]]:
     if isinstance(top, Riding):
         from .riding import rider_of  # waves and vessels: only where there are any
 
-        rider, fairlead = rider_of(top), top.fairlead
+        rider, fairlead = rider_of(top), top.own
         return lambda t: rider.place(fairlead, t)
     if top.kind != "prescribed":
         return lambda t: position

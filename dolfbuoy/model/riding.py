@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ..scene import Scene
-from ..scene.vessel import Riding, RidingDirection, Vessel, turned
+from ..scene.vessel import OnVessel, Vessel, turned
 from . import Array
 from .airy import AirySum, ramp, remembered
 from .splines import along_rows
@@ -58,7 +58,7 @@ class Rider:
         return float(min(parts.sum(), FARTHEST * math.sqrt(np.sum(parts**2) / 2)))
 
 
-def rider_of(top: Riding | RidingDirection) -> Rider:
+def rider_of(top: OnVessel) -> Rider:
     """The Rider of an end's vessel, one for all of its ends."""
     scene, vessel = top.scene, top.vessel
     return remembered(partial(Rider, vessel, scene), vessel, scene.waves, scene.sea, scene.current, scene.gravity)

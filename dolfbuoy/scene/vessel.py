@@ -111,62 +111,47 @@ class Vessel(Section):
         return given.model_copy(update={"direction": None, "motion": rows, "ramp": self.ramp})
 
 
-class Riding(Top):
-    """An end of a line on a vessel that rides the waves of a scene."""
+class OnVessel(Section):
+    """What turns and moves with a vessel that rides the waves of a scene.
 
-    _on: Any = PrivateAttr(default=None)
+    own: what it is there, the name of a fairlead or a direction in the vessel's frame.
+    """
+
+    _vessel: Any = PrivateAttr(default=None)
+    _own: Any = PrivateAttr(default=None)
+    _scene: Any = PrivateAttr(default=None)
+
+    def on(self, vessel: Vessel, own: Any, scene: Any) -> Self:
+        """This one, on a vessel in the waves of a scene."""
+        self._vessel, self._own, self._scene = vessel, own, scene
+        return self
+
+    @property
+    def vessel(self) -> Vessel:
+        """The vessel."""
+        found: Vessel = self._vessel
+        return found
+
+    @property
+    def own(self) -> Any:
+        """Its fairlead or direction."""
+        return self._own
+
+    @property
+    def scene(self) -> Any:
+        """The scene whose waves the vessel rides."""
+        return self._scene
+
+
+class Riding(OnVessel, Top):
+    """An end of a line at a fairlead of a vessel that rides the waves of a scene."""
 
     def check_motion(self) -> None:
         """It moves with its vessel."""
 
-    def on(self, vessel: Vessel, fairlead: str, scene: Any) -> Self:
-        """This end, at a fairlead of a vessel in the waves of a scene."""
-        self._on = vessel, fairlead, scene
-        return self
 
-    @property
-    def vessel(self) -> Vessel:
-        """The vessel."""
-        found: Vessel = self._on[0]
-        return found
-
-    @property
-    def fairlead(self) -> str:
-        """Name of the point there."""
-        return str(self._on[1])
-
-    @property
-    def scene(self) -> Any:
-        """The scene whose waves it rides."""
-        return self._on[2]
-
-
-class RidingDirection(EndDirection):
+class RidingDirection(OnVessel, EndDirection):
     """The direction of an end that a vessel turns in the waves of a scene."""
-
-    _on: Any = PrivateAttr(default=None)
-
-    def on(self, vessel: Vessel, own: tuple[float, float, float], scene: Any) -> Self:
-        """This direction, in a vessel's own frame, in the waves of a scene."""
-        self._on = vessel, own, scene
-        return self
-
-    @property
-    def vessel(self) -> Vessel:
-        """The vessel."""
-        found: Vessel = self._on[0]
-        return found
-
-    @property
-    def own(self) -> tuple[float, float, float]:
-        """The direction in the vessel's frame."""
-        found: tuple[float, float, float] = self._on[1]
-        return found
-
-    @property
-    def scene(self) -> Any:
-        """The scene whose waves turn it."""
-        return self._on[2]
 
 
 def turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:
