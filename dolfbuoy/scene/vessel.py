@@ -112,10 +112,7 @@ class Vessel(Section):
 
 
 class OnVessel(Section):
-    """What turns and moves with a vessel that rides the waves of a scene.
-
-    own: what it is there, the name of a fairlead or a direction in the vessel's frame.
-    """
+    """Part of a vessel that rides the waves of a scene; own: the name of a fairlead, or a direction in its frame."""
 
     _vessel: Any = PrivateAttr(default=None)
     _own: Any = PrivateAttr(default=None)
