@@ -47,7 +47,8 @@ def read(kind: str, path: Path, columns: str = "name", depth: float | None = Non
     text = raw.decode("utf-8", errors="replace")
     title = "".join(c for c in Path(path).stem if c.isprintable())[:200]
     try:
-        scene, notes = READERS[kind](text, title, depth=depth, **({"by_place": True} if columns == "place" else {}))
+        own = {"by_place": columns == "place", "folder": Path(path).parent} if kind == "moordyn" else {}
+        scene, notes = READERS[kind](text, title, depth=depth, **own)
         load_scene(scene)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

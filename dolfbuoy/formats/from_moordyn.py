@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,23 +46,25 @@ IN_PLACE_OF = {"CG": "zcg", "I": "Iz"}
 
 
 def scene_of(
-    text: str, title: str = "", by_place: bool = False, depth: float | None = None
+    text: str, title: str = "", by_place: bool = False, depth: float | None = None, folder: Path | None = None
 ) -> tuple[dict[str, Any], list[Note]]:
     """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
 
     by_place: columns of types are those of MoorDyn 2 in their places, whatever the file calls them.
-    depth: of the water [m] where the file does not give it.  Raises InputError for another kind of file, or a row that
+    depth: of the water [m] where the file does not give it.  folder: of the file, where others may be that its options
+    name.  Raises InputError for another kind of file, or a row that
     cannot be read.
     """
     tables = parse(text, by_place)
     if depth is not None and tables.option(*DEPTH) is None:
         tables.options[DEPTH[0].lower()] = 0, str(depth)
-    return _Reader(tables, title, by_place).scene()
+    return _Reader(tables, title, by_place, folder).scene()
 
 
 class _Reader:
-    def __init__(self, tables: Tables, title: str, by_place: bool):
-        self.tables, self.title, self.by_place, self.notes = tables, title, by_place, list[Note]()
+    def __init__(self, tables: Tables, title: str, by_place: bool, folder: Path | None):
+        self.tables, self.title, self.by_place, self.folder = tables, title, by_place, folder
+        self.notes = list[Note]()
         self.places = Places(tables, density_of(tables), self.note)
         self.names = Names("type", lambda text: self.note(None, f"line types: {text}"))
 
@@ -80,7 +83,7 @@ class _Reader:
         used = {row["type"] for row in self.tables.of("lines")}
         heights = [(line, place[2], kind) for line, place, kind in self.places.at.values()]
         scene: dict[str, Any] = {"title": self.title} if self.title else {}
-        scene |= world(self.tables, heights, self.note)
+        scene |= world(self.tables, heights, self.note, self.folder)
         scene["material"] = {self.names.of(name): keys for name, keys in materials.items() if name in used}
         scene["cable"] = [*cables.values(), *self.places.cables()]
         scene |= sections

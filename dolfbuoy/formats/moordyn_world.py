@@ -6,10 +6,13 @@ Its bed is everywhere, of the stiffness kBot at the depth WtrDpth; without water
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..scene.bathymetry import Depths
 from ..scene.quantities import number_of
+from .moordyn_files import SEAFLOOR, depths_of, water
 from .moordyn_text import Tables, is_number
 
 GRAVITY, DENSITY = ("g", "gravity"), ("rho", "rhoW", "WtrDnsty")
@@ -23,14 +26,10 @@ NUMERICAL = {
     "dt", "dtm", "tscheme", "cfl", "tmax", "version", "echo",
     "writelog", "writeunits", "dtout", "outswitch", "disableoutput", "disableouttime",
     "dtic", "tmaxic", "cdscaleic", "threshic", "icgendynamic", "icdfac", "icdt", "ictmax", "icthresh",
-    "inertialf", "inertialf_rampt", "dtwave", "unifycurrentgrid",
+    "inertialf", "inertialf_rampt", "unifycurrentgrid",
 }  # fmt: skip
-#: Options that name other files than the input, and the section of a scene in their place.
-ELSEWHERE = {
-    "wavekin": "waves are in files of their own and are not carried over; add [waves]",
-    "currents": "they are in files of their own and are not carried over; add [current]",
-    "waterkin": "waves and current are in a file of their own and are not carried over; add [waves], [current]",
-}
+#: Options that name other files than the input, or go with them.
+ELSEWHERE = {"wavekin", "currents", "waterkin", "dtwave", *(name.lower() for name in SEAFLOOR)}
 #: Defaults of MoorDyn [Pa/m, kg/m^3].
 KBOT, WATER = 3e6, 1025.0
 
@@ -40,18 +39,16 @@ def density_of(tables: Tables) -> float:
     return float(_number(tables, *DENSITY, default=WATER)[1])
 
 
-def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[str, Any]:
-    """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note.
+def world(tables: Tables, places: list[Any], note: Callable[..., Any], folder: Path | None = None) -> dict[str, Any]:
+    """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note; folder: of
+    the input, where other files may be that options name.
 
     Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
     """
     for name, (line, value) in tables.options.items():
-        if name in ELSEWHERE:
-            if not (is_number(value) and float(value) == 0):
-                note(line, f"{name} = {value}: {ELSEWHERE[name]}")
-        elif name in ("cbot", "cb"):
+        if name in ("cbot", "cb"):
             note(line, f"cBot = {value}: damping of the bed is seabed.damping_ratio here, left at its default")
-        elif name not in CARRIED and name not in NUMERICAL:
+        elif name not in CARRIED | ELSEWHERE | NUMERICAL:
             note(line, f"the option {name} = {value} is not carried over")
     at, gravity = _number(tables, *GRAVITY)
     found: dict[str, Any] = {} if gravity is None else {"gravity": gravity}
@@ -59,14 +56,15 @@ def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[s
     if density == 0:
         note(wet, "the density of the water is 0: there is none here, and no bed, which belongs to a sea")
         return found
-    depth = _depth(tables, places, note)
+    depths = depths_of(tables, folder, SEAFLOOR, note) or depths_of(tables, folder, DEPTH, note)
+    depth = _depth(tables, places, note, depths)
     found["sea"] = {"depth": depth} | ({} if density is None else {"density": density})
     bed = _bed(tables, note)
     if bed and gravity == 0:
         note(at, "gravity is 0: there is no bed here, since nothing would lie on it")
     elif bed:
-        found["seabed"] = bed
-    return found
+        found["seabed"] = bed | ({"depths": depths.model_dump()} if depths is not None else {})
+    return found | water(tables, folder, note)
 
 
 def _number(tables: Tables, *names: str, default: Any = None) -> tuple[int | None, Any]:
@@ -79,8 +77,14 @@ def _number(tables: Tables, *names: str, default: Any = None) -> tuple[int | Non
     return line, number_of(text)
 
 
-def _depth(tables: Tables, places: list[tuple[int, float, str]], note: Callable[..., Any]) -> float:
+def _depth(
+    tables: Tables, places: list[tuple[int, float, str]], note: Callable[..., Any], depths: Depths | None
+) -> float:
     line, text = tables.option(*DEPTH) or (None, None)
+    if depths is not None:
+        depth = -float(depths.height(0.0, 0.0))
+        note(line, f"the bed is a grid of depths; sea.depth, which waves feel, is its depth at x = y = 0, {depth:g} m")
+        return depth
     if text is None or not is_number(text):
         low = min((z for _, z, _ in places), default=0.0)
         if low >= 0 or (low, "fixed") not in [(z, kind) for _, z, kind in places]:

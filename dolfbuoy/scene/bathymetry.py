@@ -83,10 +83,10 @@ def depths_of(value: Any) -> Any:
     if not is_file(value):
         return value
     path = file_of(value, "a table of x, y and depth, or the name of a file")
-    return _from_netcdf(path) if is_netcdf(path) else _from_text(path)
+    return _from_netcdf(path) if is_netcdf(path) else depths_from_text(path)
 
 
-def _from_text(path: Path) -> dict[str, Any]:
+def depths_from_text(path: Path) -> dict[str, Any]:
     """The seafloor file of MoorDyn 2: counts of x and y, their values, then lines x y z; or the bathymetry of
     OpenFAST's MoorDyn: a title, nGridX, nGridY, a line of x, then y and depths row by row."""
     allowed = (

@@ -1,0 +1,259 @@
+"""Files beside MoorDyn's input that its options name: waves, currents, the sea floor.
+
+MoorDyn 2 knows them by fixed names in the folder of the input, the one of OpenFAST by a file `WaterKin`.  A component
+of `WaveKin` 2 is the real part of A exp(i (omega t - k.x)), of 7 its imaginary part; a record is the elevation at
+x = y = 0 of waves that run along x.  No current changes the frequencies of the waves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..scene.bathymetry import Depths, depths_from_text
+from ..scene.mesh_file import inside
+from ..scene.quantities import number_of
+from ..scene.wave_files import MOST_BYTES
+from .moordyn_text import Tables, is_number
+
+Note = Callable[..., Any]
+Array = NDArray[Any]
+
+SEAFLOOR = ("SeafloorFile", "SeafloorPath", "bathymetryFile")
+#: Names of MoorDyn's files.
+ELEVATION, FREQUENCIES = "wave_elevation.txt", "wave_frequencies.txt"
+STEADY, DYNAMIC, GRID = "current_profile.txt", "current_profile_dynamic.txt", "current_profile_4d.txt"
+#: Step to which records are brought [s], unless dtWave says another.
+DT_WAVE = 0.25
+#: What MoorDyn's modes say that have no file.
+_NO_FILE = {
+    "1": "waves come from the program that calls MoorDyn; add [waves]",
+    "4": "MoorDyn itself has no waves of this kind",
+    "5": "MoorDyn itself has no waves of this kind",
+    "6": "MoorDyn itself has no waves of this kind",
+}
+
+
+def found_beside(folder: Path | None, name: str) -> Path | None:
+    """The file of a name in the folder of the input, or below it; None if it is not there."""
+    if folder is None:
+        return None
+    for candidate in (name, Path(name).name):
+        try:
+            path = inside(folder, candidate)
+        except ValueError:
+            continue
+        if path.stat().st_size > MOST_BYTES:
+            raise InputError(f"{name}: must have {MOST_BYTES:,} bytes at most.")
+        return path
+    return None
+
+
+def depths_of(tables: Tables, folder: Path | None, names: tuple[str, ...], note: Note) -> Depths | None:
+    """The grid of depths that one of these options names; None without it."""
+    line, name = tables.option(*names) or (None, None)
+    if name is None or is_number(name):
+        return None
+    path = found_beside(folder, name)
+    if path is None:
+        if names == SEAFLOOR:
+            note(line, f"{names[0]} = {name}: there is no such file beside the input; the bed is flat here")
+        return None
+    try:
+        return Depths.model_validate(depths_from_text(path))
+    except ValueError:
+        raise InputError(
+            f"line {line}: {name}: must hold NX NY, a line of x, one of y, lines x y z; or a title, nGridX N, "
+            "nGridY M, a line of x, lines y depth depth ..."
+        ) from None
+
+
+def water(tables: Tables, folder: Path | None, note: Note) -> dict[str, Any]:
+    """The sections waves and current of the files that options name.  note: of what is not carried over."""
+    line, kind = tables.option("WaterKin") or (None, "0")
+    if kind == "0" or kind.upper() == "SEASTATE":
+        if kind != "0":
+            note(line, f"WaterKin = {kind}: waves and current come from OpenFAST; add [waves], [current]")
+        line, kind = tables.option("WaveKin") or (None, "0")
+    found: dict[str, Any] = {}
+    if not is_number(kind):
+        return _of_openfast(_text(folder, kind, line, "WaterKin", note), folder, (line, note))
+    step = tables.option("dtWave")
+    dt = number_of(step[1]) if step and is_number(step[1]) else DT_WAVE
+    if waves := _waves(folder, kind, (line, note), dt):
+        found["waves"] = waves
+    line, kind = tables.option("Currents") or (None, "0")
+    if current := _current(folder, kind, (line, note)):
+        found["current"] = current
+    return found
+
+
+def _waves(folder: Path | None, kind: str, at: tuple[int | None, Note], dt: float) -> dict[str, Any] | None:
+    line, note = at
+    mode = f"{float(kind):g}"
+    if mode == "0":
+        return None
+    if mode == "3":
+        text = _text(folder, ELEVATION, line, f"WaveKin = {mode}", note)
+        return {"elevation": _record(_rows(text, ELEVATION, (2,)), dt, at)} if text else None
+    if mode in ("2", "7"):
+        text = _text(folder, FREQUENCIES, line, f"WaveKin = {mode}", note)
+        return _components(_rows(text, FREQUENCIES, (3, 4)), mode) if text else None
+    note(line, f"WaveKin = {mode}: {_NO_FILE.get(mode, 'is not known and not carried over; add [waves]')}")
+    return None
+
+
+def _record(rows: list[list[float]], dt: float, at: tuple[int | None, Note]) -> list[list[float]]:
+    """Times from 0 on and elevations, as given if their steps are equal, else between them as MoorDyn has it."""
+    t, eta = np.array(rows).T
+    steps = np.diff(t)
+    if not len(steps) or steps.min() <= 0:
+        raise InputError(f"{ELEVATION}: must hold times that grow.")
+    if np.ptp(steps) > 1e-6 * steps.max():
+        even = np.arange(t[0], t[-1] + 1e-9 * dt, dt)
+        t, eta = even, np.interp(even, t, eta)
+        at[1](at[0], f"{ELEVATION}: its steps are not equal; it is brought to {dt:g} s between its rows")
+    else:
+        t = t[0] + np.arange(len(t)) * (t[-1] - t[0]) / len(steps)
+    return [[float(a), float(b)] for a, b in zip(t, eta, strict=True)]
+
+
+def _components(rows: list[list[float]], mode: str) -> dict[str, Any]:
+    """Components [amplitude, period, direction_deg, phase_deg] of a complex spectrum.
+
+    Those of mode 2 stand at multiples of the smallest step of frequency, and are linear between the rows.
+    """
+    table = np.array([[*row, 0.0][:4] for row in rows])
+    if (np.diff(table[:, 0]) < (0 if mode == "2" else -math.inf)).any() or (table[:, 0] < 0).any():
+        raise InputError(f"{FREQUENCIES}: must hold frequencies from 0 on, growing.")
+    if mode == "2" and len(table) > 1:
+        step = np.diff(table[:, 0]).min()
+        even = step * np.arange(round(table[-1, 0] / step) + 1)
+        table = np.column_stack([even, *(np.interp(even, table[:, 0], column) for column in table[:, 1:].T)])
+    found = []
+    for omega, real, imaginary, direction in table:
+        if omega > 0 and (real or imaginary):
+            phase = -math.degrees(math.atan2(imaginary, real)) + (90.0 if mode == "7" else 0.0)
+            found.append([math.hypot(real, imaginary), 2 * math.pi / omega, math.degrees(direction), phase % 360.0])
+    if not found:
+        raise InputError(f"{FREQUENCIES}: must hold an amplitude that is not 0.")
+    return {"components": found}
+
+
+def _current(folder: Path | None, kind: str, at: tuple[int | None, Note]) -> dict[str, Any] | None:
+    line, note = at
+    mode = f"{float(kind):g}" if is_number(kind) else kind
+    if mode == "0":
+        return None
+    files = {"1": STEADY, "2": DYNAMIC, "5": GRID}
+    if mode not in files:
+        note(line, f"Currents = {mode}: MoorDyn itself has no current of this kind")
+        return None
+    text = _text(folder, files[mode], line, f"Currents = {mode}", note)
+    if not text:
+        return None
+    if mode == "1":
+        return _steady(np.array(_rows("\n".join(text.splitlines()[3:]), STEADY, (4,))), at)
+    return _dynamic(text, at) if mode == "2" else _everywhere(text, at)
+
+
+def _steady(rows: Array, at: tuple[int | None, Note]) -> dict[str, Any]:
+    """A profile, where all of the current runs in one direction, or a grid of one instant.  rows: z, u, v, w."""
+    rows = rows[np.argsort(rows[:, 0])]
+    _refuse_vertical(rows[:, 3:], STEADY, at)
+    z, u, v = rows[:, :3].T
+    strongest = int(np.argmax(u**2 + v**2))
+    angle = math.atan2(v[strongest], u[strongest])
+    along, across = u * math.cos(angle) + v * math.sin(angle), v * math.cos(angle) - u * math.sin(angle)
+    if len(rows) == 1:
+        return {"speed": float(along[0]), "direction_deg": math.degrees(angle)}
+    if np.abs(across).max() <= 1e-9 * max(along.max(), 1e-30):
+        profile = [[float(a), float(b)] for a, b in zip(z, along, strict=True)]
+        return {"direction_deg": math.degrees(angle), "profile": profile}
+    return {"grid": [[0.0, float(a), float(b), float(c)] for a, b, c in zip(z, u, v, strict=True)]}
+
+
+def _dynamic(text: str, at: tuple[int | None, Note]) -> dict[str, Any]:
+    """A grid over depth and time: depths in line 5, from line 7 on times and velocities, all of x first."""
+    lines = text.splitlines()
+    (z,) = _rows("\n".join(lines[4:5]), DYNAMIC) or [[]]
+    rows = _rows("\n".join(lines[6:]), DYNAMIC, tuple(1 + n * len(z) for n in (1, 2, 3)))
+    grid = []
+    for t, *values in rows:
+        u, v, w = np.array([*values, *[0.0] * (3 * len(z) - len(values))]).reshape(3, -1)
+        _refuse_vertical(w, DYNAMIC, at)
+        grid += [[t, float(a), float(b), float(c)] for a, b, c in zip(z, u, v, strict=True)]
+    return {"grid": grid}
+
+
+def _everywhere(text: str, at: tuple[int | None, Note]) -> dict[str, Any] | None:
+    """A grid over depth and time of a file over x and y too, if nothing changes over these."""
+    rows = np.array(_rows("\n".join(text.splitlines()[5:]), GRID, (7,)))
+    found: dict[tuple[float, float], Array] = {}
+    for _, _, z, t, *velocity in rows:
+        if np.abs(found.setdefault((t, z), np.array(velocity)) - velocity).max() > 1e-12:
+            at[1](at[0], f"{GRID}: a current that changes over x or y is not carried over; add [current]")
+            return None
+    _refuse_vertical(rows[:, 6], GRID, at)
+    return {"grid": [[float(t), float(z), float(v[0]), float(v[1])] for (t, z), v in sorted(found.items())]}
+
+
+def _of_openfast(text: str | None, folder: Path | None, at: tuple[int | None, Note]) -> dict[str, Any]:
+    """Waves and current of the file WaterKin of OpenFAST's MoorDyn: values by the names behind them, a table at the
+    end."""
+    line, note = at
+    found: dict[str, Any] = {}
+    lines = text.splitlines() if text else []
+    values = {words[1].lower(): words[0].strip("\"'") for words in map(str.split, lines) if len(words) > 1}
+    mode = values.get("wavekinmod", "0")
+    if mode in ("1", "3"):
+        name = values.get("wavekinfile", "")
+        record = _text(folder, name, line, "WaveKinFile", note)
+        if record:
+            dt = number_of(values["dtwave"]) if is_number(values.get("dtwave", "")) else DT_WAVE
+            found["waves"] = {"elevation": _record(_rows(record, name, (2,)), dt or DT_WAVE, at)}
+            if angle := number_of(values.get("wavedir", "0")):
+                found["waves"]["direction_deg"] = angle
+    elif mode != "0" and lines:
+        note(line, f"WaveKinMod = {mode}: waves come from OpenFAST; add [waves]")
+    mode = values.get("currentmod", "0")
+    if mode == "1":
+        start = next(i for i, one in enumerate(lines) if "currentmod" in one.lower())
+        rows = np.array(_rows("\n".join(lines[start + 1 :]), "WaterKin", (3,)))
+        rows[:, 0] *= -1 if rows[:, 0].max() > 0 else 1  # depths, or heights
+        found["current"] = _steady(np.column_stack([rows, np.zeros(len(rows))]), at)
+    elif mode != "0" and lines:
+        note(line, f"CurrentMod = {mode}: the current comes from OpenFAST; add [current]")
+    return found
+
+
+def _text(folder: Path | None, name: str, line: int | None, who: str, note: Note) -> str | None:
+    """Text of a file beside the input; a note if there is none."""
+    path = found_beside(folder, name)
+    if path is None:
+        note(line, f"{who}: there is no file {name} beside the input, and nothing of it is carried over")
+        return None
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def _rows(text: str, name: str, counts: tuple[int, ...] = ()) -> list[list[float]]:
+    """Lines of numbers, of so many; those before the first and after the last of them may be words."""
+    found: list[list[float]] = []
+    for words in (line.replace(",", " ").split() for line in text.splitlines()):
+        if words and all(map(is_number, words)):
+            found.append([number_of(word) for word in words])
+    if not found or (counts and any(len(row) not in counts for row in found)) or len({len(r) for r in found}) > 2:
+        raise InputError(f"{name}: must hold lines of {' or '.join(map(str, counts)) or 'some'} numbers.")
+    return found
+
+
+def _refuse_vertical(w: Array, name: str, at: tuple[int | None, Note]) -> None:
+    """Note a current that runs up or down, once."""
+    if np.any(w):
+        at[1](at[0], f"{name}: what runs up or down is not carried over")
