@@ -8,10 +8,10 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..meshes import cable_nodes
+from ..model.contact import has_friction, stick_length
 from ..model.effects import called_by
 from ..model.problem import Problem
 from ..model.rigid import cross_section, weight_per_length
-from ..model.seabed import has_friction, stick_length
 from ..model.surfacing import surfacing
 from ..results.cautions import PULSES
 from ..results.running import Utilisation, never_parted, stressed

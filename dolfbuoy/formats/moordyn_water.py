@@ -60,7 +60,7 @@ def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[d
 def _bed(scene: Scene, network: Network, note: Callable[..., Any]) -> dict[str, Any]:
     if scene.seabed is None:
         return {"kBot": 0, "cBot": 0}
-    from ..model.seabed import hardness, parameters_of_line
+    from ..model.contact import hardness, parameters_of_line
 
     sections = [piece.section for piece in network.pieces]
     k_b = hardness(scene, sections)

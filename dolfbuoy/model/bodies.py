@@ -13,8 +13,8 @@ from ..solver.unknowns import Block
 from .effects import Effect, called_by
 from .interface import Evolution
 from .kinematics import on_points
+from .landing import Landing
 from .masses import Masses
-from .seabed import Landing
 
 
 class Bodies(Masses):
@@ -75,11 +75,6 @@ class Bodies(Masses):
     def weight(self) -> list[Expr]:
         """`forms.joint.weight` [N]."""
         return form.weight(self.body, self.gravity, self.sea.density, self.wet_part())
-
-    def change(self, scene: Scene) -> None:
-        super().change(scene)
-        if self.bed is not None:
-            self.bed.change()
 
     @property
     def dx(self) -> ufl.Measure:

@@ -21,6 +21,7 @@ from ..solver.system import System
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
+from .grounding import GroundedLength, Seabed
 from .growth import Growth
 from .interface import Evolution
 from .kinematics import on_line
@@ -29,7 +30,6 @@ from .masses import Masses
 from .parting import Parting
 from .prescribed_ends import direction_of, held, motion_of
 from .rigid import cross_section, weight_per_length
-from .seabed import GroundedLength, Seabed
 from .winch import Winch
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import NoResult
+from ..model.contact import height_of_bed
 from ..model.rigid import shape_of
-from ..model.seabed import height_of_bed
 from .parts import names_of, parts_of
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..model.airy import AirySum
+from ..model.contact import height_of_bed
 from ..model.rigid import mass_properties, mooring_offset, rotation_of
 from ..model.sea import elevation_at, velocity_at, wind_at
-from ..model.seabed import height_of_bed
 from ..model.varying import force_over_time, seed_of, varies, wind_over_time
 from ..scene import Scene
 from ..scene.lines import Sinker

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..model.contact import height_of_bed
 from ..model.sea import heading
-from ..model.seabed import height_of_bed
 from ..scene.settings import period_of
 from .after_ramp import Missing, TooShort, after_ramp
 from .draw3d import equal_scale

@@ -8,12 +8,12 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
+from ..model.contact import has_friction
 from ..model.feasible import check_feasible
 from ..model.lines import top_position
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..model.rigid import float_upright, weight_per_length
-from ..model.seabed import has_friction
 from ..scene import Scene
 from .damped import relax
 from .growth import settle

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
+from ..model.contact import has_friction
 from ..model.problem import Problem
 from ..model.sea import heading
-from ..model.seabed import has_friction
 from ..scene import Scene
 from ..scene.buoy import Buoy, ExternalForce
 from ..scene.sections import Current

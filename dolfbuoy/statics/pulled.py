@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import SolveError
+from ..model.contact import stick_length
+from ..model.grounding import GroundedLength
 from ..model.problem import Problem
-from ..model.seabed import GroundedLength, stick_length
 from ..parallel.ranks import bcast
 from .catenary import Array
 from .damped import relax

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import SolveError
+from ..model.contact import plane
 from ..model.effects import called_by
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..model.rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from ..model.sea import heading, strongest, velocity_at, wind_at
-from ..model.seabed import plane
 from ..model.surfacing import surfacing
 from ..model.varying import varies
 from ..scene import Scene

@@ -27,6 +27,7 @@ from dolfbuoy.linear.natural import check_smooth
 from dolfbuoy.linear.stiffness import mooring_stiffness
 from dolfbuoy.model import effects, feasible
 from dolfbuoy.model.airy import current_felt
+from dolfbuoy.model.contact import height_of_bed, plane
 from dolfbuoy.model.feasible import check_feasible, hanging_weight
 from dolfbuoy.model.growth import Growth
 from dolfbuoy.model.line_groups import LineGroups
@@ -35,7 +36,6 @@ from dolfbuoy.model.masses import Masses
 from dolfbuoy.model.parting import Parting
 from dolfbuoy.model.prescribed_ends import overshoot
 from dolfbuoy.model.rigid import weight_per_length
-from dolfbuoy.model.seabed import height_of_bed, plane
 from dolfbuoy.model.spectra import _tapered
 from dolfbuoy.model.surfacing import _highest
 from dolfbuoy.motion.energy import Meter

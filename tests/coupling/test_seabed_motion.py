@@ -14,7 +14,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene
 from dolfbuoy.errors import SolveError
 from dolfbuoy.linear.linearisation import linearise
-from dolfbuoy.model import seabed as bed
+from dolfbuoy.model import contact as bed
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.energy import STORED, Meter

@@ -15,8 +15,8 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from dolfbuoy import load_scene
 from dolfbuoy.forms import seabed
+from dolfbuoy.model.contact import hardness, parameters_of_body, parameters_of_line, plane
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.model.seabed import hardness, parameters_of_body, parameters_of_line, plane
 from dolfbuoy.scene.lines import Body
 from dolfbuoy.solver.compat import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
