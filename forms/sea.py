@@ -12,6 +12,7 @@ from ufl import as_matrix, as_vector, bessel_J, conditional, cos, dot, exp, inne
 from .kinds import Expr, Scalar
 
 Current = Callable[[Expr], Expr]  #: x -> velocity of the current there [m/s]
+Lesser = Callable[[Expr, Scalar], Expr]  #: the lesser one of two numbers
 
 
 class Wave(NamedTuple):
@@ -226,33 +227,40 @@ def at_most(x: Expr, high: Scalar) -> Expr:
     """The lesser one of the two, whose slope in the corner is the mean of both sides; the value there is exact.
 
     The middle one of the points of a hull in still water lies at z = 0 but for rounding (1e-8 of the hull): in the
-    corner of every profile that ends or turns there, where a sharp one would leave its slope to chance.
+    corner of every profile that ends or turns there, where a sharp one would leave its slope to chance.  For lines,
+    whose points only ever pass a corner, it is not worth its price: a tenth of their equations.
     """
     t = max_value(min_value((x - high) / CORNER, 1.0), -1.0)
     return min_value(x, high - CORNER) + CORNER * (1 + t / 2 - t**2 + max_value(t, -t) * t**2 / 2)
 
 
-def power_law_current(velocity: Expr, depth: Scalar, exponent: Scalar) -> Current:
+def power_law_current(velocity: Expr, depth: Scalar, exponent: Scalar, lesser: Lesser = min_value) -> Current:
     """x -> velocity (1 + z/depth)^exponent, velocity at and above still water.
 
+    lesser: makes the corner; see `at_most`.
     The last thousandth of the depth is cut off, where the exact profile has an infinite slope.
     """
 
     def profile(x: Expr) -> Expr:
-        height = max_value(at_most(1 + x[2] / depth, 1.0), 1e-3)
+        height = max_value(lesser(1 + x[2] / depth, 1.0), 1e-3)
         return velocity * height**exponent
 
     return profile
 
 
-def tabulated_current(direction: Expr, z: Sequence[Scalar], speed: Sequence[Scalar]) -> Current:
-    """x -> direction * s(z), s piecewise linear through (z_i, speed_i), z_i increasing, constant beyond the ends."""
+def tabulated_current(
+    direction: Expr, z: Sequence[Scalar], speed: Sequence[Scalar], lesser: Lesser = min_value
+) -> Current:
+    """x -> direction * s(z), s piecewise linear through (z_i, speed_i), z_i increasing, constant beyond the ends.
+
+    lesser: makes the corners; see `at_most`.
+    """
 
     def profile(x: Expr) -> Expr:
         s = speed[0]
         for z0, z1, s0, s1 in zip(z, z[1:], speed, speed[1:], strict=False):
-            inside = at_most((x[2] - z0) / (z1 - z0), 1.0)
-            s = s - (s1 - s0) * at_most(-inside, 0.0)
+            inside = lesser((x[2] - z0) / (z1 - z0), 1.0)
+            s = s - (s1 - s0) * lesser(-inside, 0.0)
         return direction * s
 
     return profile

@@ -78,6 +78,7 @@ typedef struct {                /* entry k of a vector of PETSc is scale[k] * va
 } scaled;
 
 void add_up(const evaluation *E);
+void integrate_all(const void *context); /* the same, of an evaluation */
 void put(const scaled *S, const double *x);
 void take(const scaled *S, double *x);
 

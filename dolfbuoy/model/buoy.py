@@ -11,7 +11,7 @@ from ..forms import buoy as body
 from ..forms import hull
 from ..forms.kinds import Expr
 from ..forms.rotation import rotation_matrix
-from ..forms.sea import Flow
+from ..forms.sea import Flow, at_most
 from ..scene import Scene
 from ..solver import compat
 from ..solver.fields import Fields
@@ -104,7 +104,7 @@ class Buoy(Model):
         else:
             self.relaxation, self.gauge = compat.constant(self.mesh, 0.0), None
             self.reference = fem.Function(self.state.function_space)
-        self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
+        self.sea = SeaState(self.mesh, scene, with_waves=dynamic, lesser=at_most)
         self._above, self._beside = [], {}
         if self.sea.kinematics is not None:
             self._waves_at_points(np.flatnonzero(compat.cell_ends(self.mesh)[:, 0] == nodes[0]))

@@ -77,9 +77,12 @@ def wind_at(w: Wind, height: float) -> np.ndarray:
 
 
 class SeaState:
-    """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form."""
+    """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form.
 
-    def __init__(self, mesh: Any, scene: Scene, with_waves: bool = True):
+    lesser: makes the corners of the current's profile, see `forms.sea.at_most`.
+    """
+
+    def __init__(self, mesh: Any, scene: Scene, with_waves: bool = True, lesser: sea.Lesser = sea.min_value):
         self._mesh, self._numbers, self._speeds, self._moving = mesh, Numbers(mesh, scene), [], []
         self.kinematics = self._publish = None  #: of waves that are summed
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
@@ -92,7 +95,7 @@ class SeaState:
             self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
             self.wave = self._wave()
         if scene.current:
-            self.current = self._current()
+            self.current = self._current(lesser)
 
     @property
     def scene(self) -> Scene:
@@ -113,27 +116,27 @@ class SeaState:
             stretching=self.scene.waves.stretching,
         )
 
-    def _current(self):
+    def _current(self, lesser):
         profile, number, speed = self.scene.current.profile, self._number, self._speed
         if self.scene.current.grid:
             z = number(lambda scene: grid_of(scene).z)
             heights = range(len(grid_of(self.scene).z))
             streams = [speed(lambda scene, i=i: grid_of(scene)(0.0)[i]) for i in heights]
             self._moving.append((streams, grid_of))
-            return sea.tabulated_current(1.0, [z[i] for i in heights], streams)
+            return sea.tabulated_current(1.0, [z[i] for i in heights], streams, lesser)
         if isinstance(profile, list):
             direction = number(lambda scene: direction_over_time(scene.current)(0.0))
             self._moving.append(([direction], lambda scene: direction_over_time(scene.current)))
             z = number(lambda scene: np.array([z for z, _ in scene.current.profile]))
             speeds = speed(lambda scene: np.array([speed for _, speed in scene.current.profile]))
             rows = range(len(profile))
-            return sea.tabulated_current(direction, [z[i] for i in rows], [speeds[i] for i in rows])
+            return sea.tabulated_current(direction, [z[i] for i in rows], [speeds[i] for i in rows], lesser)
         velocity = speed(lambda scene: velocity_over_time(scene.current)(0.0))
         self._moving.append(([velocity], lambda scene: velocity_over_time(scene.current)))
         if profile == "uniform":
             return sea.uniform_current(velocity)
         depth, exponent = number(lambda scene: scene.sea.depth), number(lambda scene: scene.current.exponent)
-        return sea.power_law_current(velocity, depth, exponent)
+        return sea.power_law_current(velocity, depth, exponent, lesser)
 
     def _number(self, get):
         return self._numbers.constant(lambda scene, _: get(scene))

@@ -213,7 +213,9 @@ class Simulation:
         Raises SolveError and leaves the state as it was.
         """
         self.newton.set_scales(self.past.prepare(h))
-        if self._made_for != self._basis():
+        basis = self.past.operations, self.predictor, self.predictor.count, self.problem.scene
+        if self._made_for != basis:  # `problem.change` between two steps gives another scene
+            self._made_for = basis
             self._make_functions()
         t = self.problem.time[0] = self.t + h
         counts = False
@@ -262,14 +264,9 @@ class Simulation:
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
         return allreduce(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
-    def _basis(self):
-        """Basis of the functions of a step; `problem.change` between two steps gives another scene."""
-        return self.past.operations, self.predictor, self.predictor.count, self.problem.scene
-
     def _make_functions(self):
         """Make the functions of a step, of C as far as possible: before it is judged, and when it was taken."""
         past, problem = self.past.operations, self.problem
-        self._made_for = self._basis()
         predict, remember = self.predictor.functions(problem.time, self.system.u)
         self._begin = together(self._keep, *past.begin, predict, *problem.clock(), self.newton.begin)
         self._find_rates = together(*past.find_rates)

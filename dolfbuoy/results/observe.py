@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import time as clock
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
-from ..solver.vector_ops import picked, traced
+from ..solver.vector_ops import picked, together, traced
 from ..version import __version__
 from .attitude import roll_pitch_yaw
 from .bending import Bending
@@ -134,7 +134,8 @@ class Observer:
             self._places[name] = slice(self.width, self.width + len(entries))
             self.width += len(entries)
         self._row = np.zeros(self.width)
-        self._pick = picked([entry for entries in sources.values() for entry in entries], self._row)
+        pick = picked([entry for entries in sources.values() for entry in entries], self._row)
+        self._take = together(*self._notes(), pick)
 
     def _sources(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, list[Entry]]:
         """Entries for `picked` of all that is noted at an instant, by name; 0 on other ranks."""
@@ -232,26 +233,32 @@ class Observer:
 
     def note(self) -> NDArray[Any] | None:
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
-        if self._wet:
-            self.problem.system.read_given()
-            self._wet()
-        if "bed" in self._places:
-            self._note_bed()
-        if self._stress is not None:
-            self._stress.note()
-        if self._bending is not None:
-            self._bending.note()
-        for device in self.problem.take_offs:
-            device.note(self.problem.system.u)
-        for k, piece in enumerate(self.network.winches.values()):
-            lines, number = self.problem.lines.holder(piece)
-            self._wound[k] = lines.winch.length_of(number)
-        self._pick()
+        self._take()
         if self.comm.size == 1:
             return self._row
         total = np.zeros_like(self._row)
         self.comm.Reduce(self._row, total)
         return total if self.comm.rank == 0 else None
+
+    def _notes(self) -> Iterator[Callable[[], object]]:
+        """Functions that bring up to date what is not among the unknowns."""
+        if self._wet:
+            yield from (self.problem.system.read_given, self._wet.in_c())
+        if "bed" in self._places:
+            yield self._note_bed
+        if self._stress is not None:
+            yield self._stress.note
+        if self._bending is not None:
+            yield self._bending.note
+        for device in self.problem.take_offs:
+            yield partial(device.note, self.problem.system.u)
+        if self.network.winches:
+            yield self._note_winches
+
+    def _note_winches(self) -> None:
+        for k, piece in enumerate(self.network.winches.values()):
+            lines, number = self.problem.lines.holder(piece)
+            self._wound[k] = lines.winch.length_of(number)
 
     def _note_bed(self) -> None:
         """Length of each cable on the bed, and where its uppermost piece there leaves it."""

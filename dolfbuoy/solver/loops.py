@@ -17,6 +17,7 @@ import numpy as np
 
 from . import Array, c_code, compat, simd
 from .c_code import address, core
+from .vector_ops import Work
 
 if TYPE_CHECKING:
     from .unknowns import Contribution, Values
@@ -164,6 +165,10 @@ class Loop:
         core().lib.add_up(self.described)
         self._shared.hooks.check()
         return self.out
+
+    def in_c(self) -> Work:
+        """The same for `together`; what a hook raises is raised by the next evaluation from Python."""
+        return Work("integrate_all", self.described, self)
 
     def _inputs(
         self, one: Any, contribution: "Contribution", integral: Any, coefficients: Array, constants: Array

@@ -161,12 +161,18 @@ def test_tabulated_current():
         np.testing.assert_allclose(value(profile(point(0, 0, height))), expected, rtol=1e-13)
 
 
+ROUND = sea.at_most
 #: Profile, height of a corner [m], speed there [m/s], mean slope of both sides [1/s].
 CORNERS = {
-    "power": (sea.power_law_current(point(1.0), 20.0, 1 / 7), 0.0, 1.0, 1 / 280),
-    "its end": (sea.tabulated_current(point(1.0), [-20.0, 0.0], [0.5, 1.5]), 0.0, 1.5, 0.025),
-    "a row within": (sea.tabulated_current(point(1.0), [-20.0, -5.0, 8.0], [0.5, 2.0, 0.7]), -5.0, 2.0, 0.0),
-    "its foot": (sea.tabulated_current(point(1.0), [-20.0, 0.0], [0.5, 1.5]), -20.0, 0.5, 0.025),
+    "power": (sea.power_law_current(point(1.0), 20.0, 1 / 7, ROUND), 0.0, 1.0, 1 / 280),
+    "its end": (sea.tabulated_current(point(1.0), [-20.0, 0.0], [0.5, 1.5], ROUND), 0.0, 1.5, 0.025),
+    "a row within": (
+        sea.tabulated_current(point(1.0), [-20.0, -5.0, 8.0], [0.5, 2.0, 0.7], ROUND),
+        -5.0,
+        2.0,
+        0.0,
+    ),
+    "its foot": (sea.tabulated_current(point(1.0), [-20.0, 0.0], [0.5, 1.5], ROUND), -20.0, 0.5, 0.025),
 }
 
 
