@@ -54,11 +54,14 @@ def of_shapes(scene: Scene, buoys: list[Upright], report: "Report") -> None:
         )
 
 
-def of_radiation(scene: Scene, waves: Waves, of_drag: float, buoy: Upright, report: "Report") -> None:
+def of_radiation(
+    scene: Scene, waves: Waves, of_drag: float, buoy: Upright, report: "Report", band: tuple[float, float]
+) -> None:
     """Warn where the waves that a hull makes would damp its resonance and the scene has none of that damping.
 
-    of_drag: damping ratio of heave by drag.
+    of_drag: damping ratio of heave by drag.  band: natural periods over that of the waves within which it resounds.
     """
+    low, high = band
     if buoy.section.wave_damping is not None or getattr(buoy.section, "potential_flow", None) is not None:
         return
     try:
@@ -69,7 +72,6 @@ def of_radiation(scene: Scene, waves: Waves, of_drag: float, buoy: Upright, repo
         ("heave", found.heave, _heave_ratio(buoy, found), MUCH * of_drag),
         ("pitch", found.pitch, _pitch_ratio(buoy, found), LEAST),
     ):
-        low, high = IN_A_SEA if scene.waves is not None and scene.waves.irregular else NEAR
         period = 2 * math.pi / omega
         report.add(f"{motion} damping ratio by waves of its own", ratio, "", f"an estimate; period {period:.3g} s")
         drag = f", by drag {of_drag:.2g}" if motion == "heave" else ""

@@ -17,7 +17,7 @@ from ..scene.stream import STEEPEST as STEEPEST_WAVE
 from ..scene.waves import Waves
 from .buoys import Upright
 from .lines import Line
-from .radiation import of_radiation
+from .radiation import IN_A_SEA, NEAR, of_radiation
 
 if TYPE_CHECKING:
     from .report import Report
@@ -42,7 +42,8 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
         highest = 2 * _sea(scene, wave, sea.depth, buoys, report)
     if scene.current and not scene.current.grid:
         _shift(scene, wave, report)
-    if wave.irregular:  # from here on a regular wave of Hs and the main period
+    in_a_sea = wave.irregular
+    if in_a_sea:  # from here on a regular wave of Hs and the main period
         kept = {name: getattr(wave, name) for name in ("direction_deg", "period_seen_from")}
         wave = Waves(height=crest_height(scene), period=wave.main_period, **kept)
         scene = scene.model_copy(update={"waves": wave})
@@ -60,7 +61,7 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
         )
     for buoy in buoys:
         about, D = report.about(buoy.name), buoy.shape.max_diameter
-        _hull(scene, wave, buoy, k * D / 2, about)
+        _hull(scene, wave, buoy, k * D / 2, about, in_a_sea)
         about.add("Keulegan-Carpenter number of the buoy", way / D, "", "at the surface")
     for line in lines:
         number = way / (line.material.diameter or math.nan)
@@ -206,8 +207,8 @@ def _strips(buoy: Upright, k_R: float, where: str, report: "Report") -> None:
     report.warn(k_R > LARGEST_KR and buoy.section.potential_flow is None, high)
 
 
-def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report") -> None:
-    """Limits of strips: short waves, and no waves of the buoy's own."""
+def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report", in_a_sea: bool) -> None:
+    """Limits of strips: short waves, and no waves of the buoy's own.  in_a_sea: it stands for a sea."""
     ratio, b, speed = k_R / math.pi, buoy.section, 2 * math.pi / wave.main_period * wave.size
     report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
     strips = b.potential_flow is None
@@ -227,4 +228,4 @@ def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report"
         ratio = linear / critical if critical else math.inf
         report.add("heave damping ratio", ratio, "", remark)
         if strips:
-            of_radiation(scene, wave, ratio, buoy, report)
+            of_radiation(scene, wave, ratio, buoy, report, IN_A_SEA if in_a_sea else NEAR)

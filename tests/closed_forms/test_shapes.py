@@ -96,9 +96,21 @@ def test_check_names_numbers_range_and_source():
     assert any("no cylinder" in said for said in check(load_scene(DISC | {"buoy": tail})).warnings)
 
 
-@pytest.mark.parametrize(("period", "matters"), [(2.1, True), (9.0, False)])
-def test_check_warns_where_the_damping_of_waves_is_missed(period, matters):
-    scene = load_scene(DISC | {"waves": {"amplitude": 0.05, "period": period}})
+SEA = {"spectrum": "jonswap", "significant_height": 0.2, "components": 20}
+
+
+@pytest.mark.parametrize(
+    ("waves", "matters"),
+    [
+        ({"amplitude": 0.05, "period": 2.1}, True),
+        ({"amplitude": 0.05, "period": 3.2}, False),
+        ({"amplitude": 0.05, "period": 9.0}, False),
+        (SEA | {"peak_period": 3.2}, True),  # its tail has waves of 2.1 s
+        (SEA | {"peak_period": 9.0}, False),
+    ],
+)
+def test_check_warns_where_the_damping_of_waves_is_missed(waves, matters):
+    scene = load_scene(DISC | {"waves": waves})
     said = [one for one in check(scene).warnings if "wave_damping = 'radiation' has them" in one]
     assert bool(said) == matters
     assert not any("has them" in one for one in check(load_scene(scene, buoy__wave_damping="radiation")).warnings)
