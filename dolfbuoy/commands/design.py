@@ -26,7 +26,7 @@ def design(
     folder: OutOption = None,
     assign: SetOption = None,
 ) -> None:
-    """Numbers for which an expression is least within limits.  Without options: those of \\[design] in the scene."""
+    """Numbers for which an expression is least within limits.  Without options: those of its design table."""
     from ..scene import parse_assignment
     from ..sensitivity import design as find
 
