@@ -252,6 +252,12 @@ def test_figures_of_a_response():
         np.testing.assert_allclose(curves[name], np.column_stack([PERIODS, factor * np.arange(3 * k + 1, 3 * k + 4)]))
     np.testing.assert_allclose(curves["tension_top"], np.column_stack([PERIODS, [1, 2, 3]]))  # kN
     np.testing.assert_allclose(curves["tension_anchor"], np.column_stack([PERIODS, [4, 5, 6]]))
+    for axes in linear_figures.amplitudes(found).axes:  # with linearised drag in the same unit and colour
+        whole = [line for line in axes.lines if line.get_linestyle() == "-"]
+        dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
+        for line, other in zip(whole, dashed, strict=True):
+            np.testing.assert_allclose(other.get_xydata(), line.get_xydata() * [1, 0.9])
+            assert other.get_color() == line.get_color()
     f, per_hertz = np.array([0.5, 1.0, 2.0]) / (2 * np.pi), 2 * np.pi * np.array([1.0, 3.0, 2.0])
     drawn = [line for axes in linear_figures.spectra(found).axes for line in axes.lines]
     factors = {"elevation": 1, "surge": 1, "sway": 2, "heave": 3, "tension top": 2, "tension anchor": 5}

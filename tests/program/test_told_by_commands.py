@@ -69,6 +69,8 @@ def test_elasticities_at_rest_and_of_periods():
     assert list(columns) == ["tension_top of fore", "tension_top of aft", "cone_angle"]
     np.testing.assert_allclose(columns["tension_top of aft"], [20 * 400 / 5e3, 400 / 5e3, 0.0])
     np.testing.assert_allclose(columns["cone_angle"], [0.01 * 400 / 4, 0.4 / 4, -2 * 0.25 / 4])
+    lower = found.rename(tension_top="tension_anchor", d_tension_top="d_tension_anchor")
+    np.testing.assert_allclose(command._at_rest(lower, False)["tension_anchor of fore"], columns["tension_top of fore"])
     modes = {"period": ("mode", [np.nan, 3.25]), "name": ("mode", texts(["surge", "heave"]))}
     modes["d_period"] = ("parameter", "mode"), [[1.0, 0.004], [1.0, 0.5], [1.0, -3.0]]
     found = xr.Dataset(modes | NUMBERS, KEYS)
