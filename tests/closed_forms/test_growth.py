@@ -53,6 +53,18 @@ def test_a_line_straight_up(degrees):
     np.testing.assert_allclose(found.cable_position[:, 2], found.s - 50.0, atol=1e-9)
 
 
+def test_a_run_from_a_given_shape_has_the_growth_of_it():
+    """Means of the table over each element as the shape has it, not those of the depth of the water."""
+    scene = merged(MOORED, cable__marine_growth=TABLE, time={"end": 0.001, "step": 0.001})
+    found = dolfbuoy.simulate(scene | {"initial": {"kind": "straight", "buoy_position": [8.5, 0.0, 0.4]}})
+    ends, rows = found.cable_position.values[0, :, 2], np.array(TABLE).T
+    z = np.linspace(ends[:-1], ends[1:], 2001)
+    for name, column in (("growth_diameter", 1), ("growth_mass", 2)):
+        means = np.interp((z[1:] + z[:-1]) / 2, rows[0], rows[column]).mean(axis=0)
+        np.testing.assert_allclose(found[name], means, rtol=1e-5)
+        assert np.ptp(means) > 0.1
+
+
 def by_hand():
     """(scene of two segments, the upper one with the grown numbers; the same as one line with a table of one step)."""
     segments = [{"length": 30.0, "elements": 6}, {"length": 40.0, "elements": 8, **GROWN}]

@@ -210,6 +210,9 @@ def test_two_ranks(tmp_path):
 
 
 DRAWN = {"kind": "polyline", "points": [[0, 0, -25], [30, 0, 2]]}
+#: A line that hangs deep, and a first shape that rises up to 0.5 m below still water.
+SUNK = LINE | {"length": 31.0, "top": held(30, 0, -9)}
+BELOW = {"kind": "polyline", "points": [[0, 0, -25], [20, 0, -0.5], [30, 0, -9]]}
 ROPE = LINE | {"line_density": 5.0}
 BUOY = {"hull": [[0, 2], [2, 2]], "mass": 2500.0, "fairleads": {"deck": [0, 0, 2.0], "side": [1.0, 0, 0.3]}}
 
@@ -233,6 +236,8 @@ BUOY = {"hull": [[0, 2], [2, 2]], "mass": 2500.0, "fairleads": {"deck": [0, 0, 2
         (True, {"cable": LINE | {"to": "J"}, "joint": [{"name": "J", "mass": 1.0, "volume": 1.0}]}),
         (False, {"cable": LINE | {"to": "J"}, "joint": [{"name": "J", "mass": 1e3, "volume": 0.1}]}),
         (True, {"cable": LINE | {"top": {"kind": "free"}}, "initial": DRAWN}),
+        (False, {"cable": SUNK, "initial": BELOW, "waves": {"height": 0.8, "period": 6.0}}),
+        (True, {"cable": SUNK, "initial": BELOW, "waves": {"height": 1.2, "period": 6.0}}),
     ],
 )  # fmt: skip
 def test_who_leaves_the_water(leaves, scene):

@@ -65,6 +65,18 @@ def test_a_function_that_is_constant_is_a_load():
             np.testing.assert_allclose(one.state("buoy").position, two.state("buoy").position, rtol=0, atol=1e-9)
 
 
+def test_a_function_is_asked_at_the_end_of_its_step():
+    """At the time for which the step is solved."""
+    times = []
+    with Session(POINT) as s:
+        s.load("buoy", lambda t, y: (times.append(t), np.zeros(3))[1])
+        for _ in range(3):
+            times.clear()
+            s.step()
+            assert times[-1] == pytest.approx(s.t, abs=1e-12)
+            assert max(times) <= s.t + 1e-12
+
+
 def test_a_moment_turns_back_what_turns():
     with Session(LONE) as s:
         s.load("buoy", lambda t, y: (np.zeros(3), -1e7 * y.angular_velocity))

@@ -249,6 +249,26 @@ def test_current_of_a_scene_is_scaled(profile, speeds):
             assert velocity[1]((), numbers) == pytest.approx(factor * speed, rel=1e-14)
 
 
+@pytest.mark.parametrize("profile", ["uniform", "power", [[-15.0, 0.2], [0.0, 0.9]]])
+def test_current_of_a_scene_turns_with_time(profile):
+    """Its rows at the time, whatever the profile: half as strong and turned by 60 degrees."""
+    current = {"direction_deg": 20.0, "profile": profile} | ({} if isinstance(profile, list) else {"speed": 0.7})
+    line = {"length": 30.0, "line_density": 5.0, "diameter": 0.1, "elements": 2, "normal_drag": 1.0}
+    scene = {"sea": {"depth": 20.0}, "cable": line | {"top": {"kind": "free"}}}
+    scene = load_scene(scene | {"current": current | {"over_time": [[0.0, 1.0, 0.0], [8.0, 0.5, 60.0]]}})
+    state, time = SeaState(interval_mesh(MPI.COMM_SELF, [0.0, 1.0]), scene), np.array([8.0])
+
+    def flow():
+        velocity = state.flow(point(0, 0, -7.5)).velocity
+        numbers = {constant: constant.value for constant in extract_constants(velocity)}
+        return np.array([velocity[i]((), numbers) for i in (0, 1)])
+
+    size = np.hypot(*flow())
+    (advance,) = state.clock(time)
+    advance()
+    np.testing.assert_allclose(flow(), 0.5 * size * np.array([math.cos(math.radians(80)), math.sin(math.radians(80))]))
+
+
 @pytest.mark.parametrize("z", [0.002, 0.5, 3.0, 10.0, 27.0])
 def test_wind_force(z):
     """Eq. (2) with the 1/7 power profile."""

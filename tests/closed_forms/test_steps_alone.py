@@ -1,0 +1,133 @@
+"""Steps of solutions and searches, each alone: drag at the start, places along lines, drifts, the search of a pilot.
+
+Source: Morison's formula by hand; arc lengths added up; radii of gyration; damped oscillators; the rules as written.
+"""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from scipy.sparse import csr_matrix
+
+from dolfbuoy import load_scene
+from dolfbuoy.linear.moving import Motions, Moving
+from dolfbuoy.linear.seaway import Response
+from dolfbuoy.results.places import _nodes
+from dolfbuoy.scene.settings import Space
+from dolfbuoy.solver.quadratic import lowest_pairs
+from dolfbuoy.statics.start import _drag
+from dolfbuoy.studies.accuracy import cheapest
+
+LINE = {"length": 20.0, "line_density": 5.0, "diameter": 0.08, "axial_stiffness": 1e6}
+LINE |= {"normal_drag": 1.2, "tangential_drag": 0.07, "anchor": [0, 0, -15.0]}
+LINE |= {"top": {"kind": "fixed", "position": [12.0, 0.0, -1.0]}}
+
+
+@pytest.mark.parametrize("angle", [0.0, 35.0, 90.0])
+def test_drag_of_a_straight_line_in_a_current(angle):
+    """1/2 rho D (C_n |u_n| u_n + C_t |u_t| u_t) per length, at any angle to the current; in waves without them."""
+    scene = load_scene({
+        "sea": {"depth": 15.0, "density": 1020.0},
+        "current": {"speed": 0.8, "direction_deg": 30.0},
+        "waves": {"amplitude": 1.0, "period": 6.0},
+        "cable": LINE,
+    })  # fmt: skip
+    t = np.array([math.cos(math.radians(angle)), 0.0, math.sin(math.radians(angle))])
+    shape = SimpleNamespace(position=lambda s: np.array([0.0, 0.0, -14.0]) + np.outer(s, 0.6 * t))
+    section = scene.network.pieces[0].section
+    found = _drag(SimpleNamespace(scene=scene, lines=SimpleNamespace(sections=[section])), 0, shape)
+    U = 0.8 * np.array([math.cos(math.radians(30)), math.sin(math.radians(30)), 0.0])
+    along, across = (U @ t) * t, U - (U @ t) * t
+    force = 1.2 * np.linalg.norm(across) * across + 0.07 * np.linalg.norm(along) * along
+    np.testing.assert_allclose(found, 0.5 * 1020 * 0.08 * force * 0.6, rtol=1e-9, atol=1e-12)
+    smooth = SimpleNamespace(**vars(section) | {"normal_drag": 0.0, "tangential_drag": 0.0})
+    bare = SimpleNamespace(scene=scene, lines=SimpleNamespace(sections=[smooth]))
+    assert not _drag(bare, 0, shape).any()
+
+
+def test_arc_lengths_of_the_nodes_of_each_cable():
+    """From the lower end of each cable on, over all its pieces, in order."""
+    lengths, numbers, cables = [3.0, 2.0, 4.0, 1.0], [0, 1, 0, 1], [0, 0, 1, 1]
+    pieces = [
+        SimpleNamespace(section=SimpleNamespace(length=length), number=number, cable=cable)
+        for length, number, cable in zip(lengths, numbers, cables, strict=True)
+    ]
+    begins = np.array([100.0, 200.0, 300.0, 400.0])
+    piece = np.array([3, 0, 2, 1, 0, 3, 2, 1])
+    own = np.array([1.0, 3.0, 0.0, 0.5, 0.0, 0.0, 2.5, 2.0])
+    u = np.zeros(30)
+    dofs = np.arange(24).reshape(8, 3)
+    u[dofs[:, 2]] = 10.0 * np.arange(8)
+    lines = SimpleNamespace(owned_nodes=8, line_of_node=piece, part=SimpleNamespace(slice=slice(0, 30)))
+    lines.node_s, lines.begins, lines.node_dofs = begins[piece] + own, begins, dofs
+    network = SimpleNamespace(pieces=pieces, cables=["one", "two"])
+    problem = SimpleNamespace(lines=lines, network=network, system=SimpleNamespace(u=u))
+    problem.comm = SimpleNamespace(allgather=lambda rows: [rows])
+    (s, z), (other, height) = _nodes(problem)
+    assert s.tolist() == [0.0, 3.0, 3.5, 5.0]
+    assert z.tolist() == [40.0, 10.0, 30.0, 70.0]
+    assert other.tolist() == [0.0, 2.5, 4.0, 5.0]
+    assert height.tolist() == [20.0, 60.0, 50.0, 0.0]
+
+
+def test_turns_count_at_the_radius_of_gyration():
+    """sqrt(trace I/m) of each body."""
+    moving = Moving.__new__(Moving)
+    moving.bodies = [
+        SimpleNamespace(inertia=np.diag([1.0, 2.0, 5.0]), mass=2.0, motion=lambda x: np.ones((6, x.shape[1]))),
+        SimpleNamespace(inertia=np.diag([9.0, 9.0, 9.0]), mass=3.0, motion=lambda x: 2 * np.ones((6, x.shape[1]))),
+    ]
+    found = moving.motions(np.zeros((20, 2)))
+    assert found[:, 0].tolist() == [1.0] * 3 + [2.0] * 3 + [2.0] * 3 + [6.0] * 3
+    assert found.shape == (12, 2)
+
+
+def test_pitch_over_the_slope_of_the_wave():
+    """-1 of a buoy that follows it: eta = e^{ikx} has the slope i k."""
+    still = Motions(0, 0, 0, 0, pitch=-0.2j, yaw=0)
+    assert Response(5.0, 0.2, still).pitch_over_slope == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize(
+    ("shares", "seconds", "made", "last"),
+    [
+        ([1.0, 1.0, 0.5, 0.2, 0.09], [1, 2, 4, 8, 16], 5, 16.0),
+        ([1.0, 1.0, 0.9, 0.8, 0.7], [1, 2, 4, 8, 16], 4, math.inf),  # twice no better by 30 %
+        ([1.0, 1.0, 0.6, 0.5, 0.4], [1, 2, 4, 80, 160], 4, math.inf),  # too dear
+    ],
+)
+def test_a_pilot_refines_while_it_pays(shares, seconds, made, last, monkeypatch):
+    """Until the share is NEAR, a run takes longer than allowed, or two in a row are hardly better."""
+    runs = iter(zip(shares, seconds, strict=True))
+    now = {}
+
+    def tried(scene):
+        now["share"], time = next(runs)
+        return SimpleNamespace(attrs={"loop_seconds": time})
+
+    judged = lambda scene, record, coarse: SimpleNamespace(worst=now["share"] * cheapest.NEAR / 0.1)  # noqa: E731
+    for name, value in (("tried", tried), ("judged", judged), ("with_settings", lambda *_: None)):
+        monkeypatch.setattr(cheapest, name, value)
+    pilot = SimpleNamespace(scene=None, newton=1e-6, rows=[], _note=lambda *_: pilot.rows.append({}))
+    space = Space(1, 0, 10)
+    ways = [(space, 0.1 / 2**k, "bdf2") for k in range(len(shares))]
+    points, time = cheapest.Pilot._refined(pilot, ways, 50.0)
+    assert len(points) == made == len(pilot.rows)
+    assert time == last
+    assert list(points) == [0.1 / 2**k for k in range(made)]
+    assert points[0.1] == math.inf  # nothing to compare the first with
+    assert pilot.rows[-1]["error_in"] == "time"
+
+
+def test_pairs_come_by_their_size():
+    """Of oscillators w, zeta: |lambda| = w, however small what a damped one has of its frequency."""
+    w, zeta = np.array([0.8, 1.0, 1.5, 2.5, 4.0]), np.array([0.1, 0.95, 0.3, 0.99, 0.0])
+    order = np.array([3, 1, 4, 0, 2])
+    K, E, M = (csr_matrix(np.diag(values[order])) for values in (w**2, 2 * zeta * w, np.ones(5)))
+    pairs = lowest_pairs(MPI.COMM_SELF, K, E, M, 4)
+    np.testing.assert_allclose(np.abs(pairs.roots), w[:4], rtol=1e-9)
+    np.testing.assert_allclose(-pairs.roots.real / np.abs(pairs.roots), zeta[:4], atol=1e-9)
+    assert [int(np.abs(x).argmax()) for x in pairs.vectors.T] == [int(np.flatnonzero(order == k)[0]) for k in range(4)]
+    assert not pairs.zero.any()
