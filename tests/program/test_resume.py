@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from dynamics_helpers import MOORED, merged
+from dynamics_helpers import DRAGGED, MOORED, merged
 from helpers import REFERENCE
 from mpi_helpers import needs_mpirun, start_scenes
 
@@ -96,6 +96,7 @@ SCENES = {
         time=TIME,
     ),
     "network": NETWORK,
+    "sinker that is dragged": merged(DRAGGED, time=None) | {"time": TIME},
 }
 SCHEMES = ("backward-euler", "bdf2", "generalized-alpha")
 
@@ -241,6 +242,7 @@ def test_two_ranks(tmp_path):
         ("on a bed", "bdf2"),
         ("buoy", "bdf2"),
         ("network", "bdf2"),
+        ("sinker that is dragged", "bdf2"),
     ]
     scenes = {f"{name}, {scheme}": merged(SCENES[name], time__scheme=scheme) for name, scheme in cases}
     scenes["adaptive"] = merged(SCENES["moored buoy"], time__scheme="bdf2", time__tolerance=1e-2)

@@ -41,6 +41,28 @@ MOORED = {
     "waves": {"amplitude": 0.8, "period": 5.0, "ramp": 5.0},
     "time": {"end": 2.0, "step": 0.01},
 }
+#: A sinker on a slope, dragged by a rope whose upper end moves.
+DRAGGED = {
+    "sea": {"depth": 20.0},
+    "seabed": {"friction": 0.3, "slope": [0.0, 0.1]},
+    "anchor": {"weight": 2e3, "friction": 0.5, "density": 2000.0, "drags": True},
+    "cable": {
+        "length": 13.0,
+        "elements": 4,
+        "diameter": 0.02,
+        "line_density": 1.0,
+        "axial_stiffness": 1e5,
+        "damping": 1e3,
+        "top": {
+            "kind": "prescribed",
+            "position": [8.0, 2.0, -10.0],
+            "amplitude": [1.5, 0.5, 0.5],
+            "period": 1.5,
+            "ramp": 0.1,
+        },
+    },
+    "time": {"end": 0.4, "step": 0.01, "scheme": "bdf2"},
+}
 
 
 def simulate_evenly(scene):
