@@ -13,7 +13,7 @@ from ..scene import Scene
 from ..scene.anchors import anchors_of, ends_of, given_anchors
 from ..scene.lines import Sinker
 from .attitude import cone_angle
-from .quantities import Absent
+from .quantity import Absent
 
 
 class Design:

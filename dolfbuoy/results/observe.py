@@ -27,7 +27,8 @@ from .attitude import roll_pitch_yaw
 from .bending import Bending
 from .design import Design
 from .places import Place
-from .quantities import Absent, over
+from .quantities import over
+from .quantity import Absent
 from .record import FORMAT
 from .running import Utilisation, stressed
 

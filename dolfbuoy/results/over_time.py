@@ -8,7 +8,8 @@ import numpy as np
 
 from ..scene.settings import period_of
 from .after_ramp import spectra_of, window_of
-from .quantities import ERROR, QUANTITIES, Quantity
+from .quantities import ERROR, QUANTITIES
+from .quantity import Quantity
 from .series import unwrapped
 from .style import COLORS, COLUMN, FIGURES, Figure, at_least, draws, figure_of, legend_above, new_figure
 from .tables import force_unit, unit_of

@@ -2,107 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import attitude
-
-if TYPE_CHECKING:
-    from .observe import Noted
-
-#: Where the main quantities are shown, over runs and cases: tables of statistics and sweeps, their figures and page.
-EVERYWHERE = ("statistics", "statistics figure", "sweep", "sweep figure", "sweep page")
-
-
-class Absent(KeyError):
-    """Something that a problem does not have, so that a quantity of it is not recorded."""
-
-
-class Curve(NamedTuple):
-    """A curve on the page of a run: title of its panel, own name, and the component of a vector that it shows."""
-
-    panel: str
-    name: str
-    component: str = ""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """An output.
-
-    dims: after `over`, which is "time", "frame", "run" (extremes of all steps), "sample" (made for statistics), or ""
-    of what is known at the beginning.  read: values (..., *dims) of what is noted.
-    shown: place of EVERYWHERE -> components ("" of a scalar); main: shown in all of them.
-    summary: what the table of a run calls its range; component: of a vector there.  at_ends: what that of an
-    equilibrium calls it with the names of the ends, {low} and {high}.
-    figure: whether it has a figure of its own over time.  paraview: name of its field, without the unit.
-    compared: what it is called where runs are compared.  peaks, cycles: components, or "" of a scalar, whose peaks or
-    rainflow ranges are kept.  turning: an angle that goes on over 180 degrees.
-    outputs: whether its numbers have error bars though it is not shown over time.
-    place: of an elevation of the water, where it is.  effort: of the solver, no physics.  changing: written again with
-    every row.
-    """
-
-    name: str
-    dims: tuple[str, ...]
-    unit: str
-    long_name: str
-    over: str = "time"
-    standard_name: str = ""
-    read: Callable[[Noted], NDArray[Any]] | None = None
-    main: bool = False
-    shown: Mapping[str, str] = field(default_factory=dict)
-    curves: tuple[Curve, ...] = ()
-    summary: str = ""
-    component: str = ""
-    at_ends: str = ""
-    figure: bool = False
-    paraview: str = ""
-    compared: str = ""
-    peaks: str | None = None
-    cycles: str | None = None
-    turning: bool = False
-    outputs: bool = False
-    place: str = ""
-    effort: bool = False
-    integer: bool = False
-    changing: bool = False
-
-    def attributes(self) -> dict[str, str]:
-        """Those of its variable in a record."""
-        found = {"units": self.unit, "long_name": self.long_name}
-        if self.over == "run":
-            found["cell_methods"] = f"time: {'minimum' if 'minimum' in self.name else 'maximum'}"
-        return found | ({"standard_name": self.standard_name} if self.standard_name else {})
-
-    def series(self, components: str) -> list[str]:
-        """Names of the series of these components, of a scalar its own."""
-        return [f"{self.name}_{component}" for component in components] or [self.name]
-
-    @property
-    def has_outputs(self) -> bool:
-        """True if numbers of its series are outputs, with error bars."""
-        shown = self.main or self.curves or self.compared or self.outputs or (self.summary and not self.component)
-        return bool(shown and self.over == "time")
-
-    @property
-    def kind(self) -> str:
-        """Its first dimension: "cable", "buoy", "joint", ...; empty if it has none."""
-        return self.dims[0] if self.dims else ""
-
-    @property
-    def field(self) -> str:
-        """Name of the field in ParaView."""
-        return f"{self.paraview} [{self.unit}]"
-
-
-def _of(dims: str, over: str = "time") -> Callable[..., Quantity]:
-    """Return a constructor of Quantities of these dimensions: (name, unit, long name, ...)."""
-    return lambda name, unit, long_name, **more: Quantity(name, tuple(dims.split()), unit, long_name, over, **more)
+from .fields import FIELDS
+from .quantity import Curve, Quantity, of
 
 
 def _radius(curvature: NDArray[Any]) -> NDArray[Any]:
@@ -110,22 +18,15 @@ def _radius(curvature: NDArray[Any]) -> NDArray[Any]:
         return np.asarray(1 / curvature)
 
 
-_whole = _of("")
-_cable_vector = _of("cable xyz")
-_cable = _of("cable")
-_buoy_vector = _of("buoy xyz")
-_buoy = _of("buoy")
-_anchor = _of("anchor")
-_take_off = _of("take_off")
-_winch = _of("winch")
-_end_vector = _of("attachment xyz")
-_frame_nodes = _of("node xyz", "frame")
-_run_nodes = _of("node xyz", "run")
-_run_sizes = _of("node", "run")
-_run_cells = _of("cell", "run")
-_node = _of("node", "")
-_cell = _of("cell", "")
-_component = _of("component", "")
+_whole = of("")
+_cable_vector = of("cable xyz")
+_cable = of("cable")
+_buoy_vector = of("buoy xyz")
+_buoy = of("buoy")
+_anchor = of("anchor")
+_take_off = of("take_off")
+_winch = of("winch")
+_end_vector = of("attachment xyz")
 _ALL: tuple[Quantity, ...] = (
     _whole("time", "s", "time"),
     _whole("time_step", "s", "step that led to this time", effort=True),
@@ -240,7 +141,7 @@ _ALL: tuple[Quantity, ...] = (
         shown=dict.fromkeys(("statistics", "sweep"), ""),
         outputs=True,
     ),
-    _of("cable", "sample")(
+    of("cable", "sample")(
         "smallest_tension", "N", "smallest tension of the cable's elements in any step", shown={"statistics": ""}
     ),
     _cable(
@@ -459,44 +360,7 @@ _ALL: tuple[Quantity, ...] = (
     ),
     Quantity("place_s", ("place",), "m", "unstretched arc length of the place on its segment", over=""),
     Quantity("joint_position", ("joint", "xyz"), "m", "position of the joints", read=lambda n: n.each("joint", 3)),
-    Quantity("frame", (), "s", "time of a frame", over="frame"),
-    _frame_nodes("cable_position", "m", "position of the cable's nodes, in order from the anchor"),
-    _frame_nodes("cable_velocity", "m s-1", "velocity of the cable's nodes, in order from the anchor"),
-    _frame_nodes("cable_moment", "N m", "m = EI t' of the cable's nodes; the bending moment is t x m"),
-    Quantity("curvature", ("node",), "m-1", "curvature in the cable's nodes, in order from the anchor", over="frame"),
-    Quantity("cable_tension", ("cell",), "N", "mean tension of each element, in order from the anchor", over="frame"),
-    _run_nodes("cable_position_minimum", "m", "least coordinates of the cable's nodes in any step"),
-    _run_nodes("cable_position_maximum", "m", "largest coordinates of the cable's nodes in any step"),
-    _run_sizes("curvature_maximum", "m-1", "largest curvature in the cable's nodes in any step"),
-    _run_sizes("curvature_maximum_after_ramp", "m-1", "largest curvature in the nodes from the end of the ramp on"),
-    _run_cells("cable_tension_minimum", "N", "least tension at any node of each element in any step"),
-    _run_cells(
-        "cable_tension_maximum",
-        "N",
-        "largest tension at any node of each element in any step",
-        paraview="largest tension",
-    ),
-    _run_cells("cable_tension_minimum_after_ramp", "N", "least tension of each element from the end of the ramp on"),
-    _run_cells("cable_tension_maximum_after_ramp", "N", "largest tension of each element from the end of the ramp on"),
-    _run_cells(
-        "cable_utilisation_maximum",
-        "1",
-        "cable_tension_maximum over the breaking load; nan without one",
-        paraview="largest utilisation",
-    ),
-    _node("s", "m", "unstretched arc length of the nodes"),
-    _cell("s_cell", "m", "unstretched arc length of the middle of each element"),
-    _node("cable_of_node", "1", "number of the cable to which each node belongs, from 0", integer=True),
-    _cell("cable_of_cell", "1", "number of the cable to which each element belongs, from 0", integer=True),
-    _cell("segment_of_cell", "1", "number of the segment of its cable, from 0", integer=True),
-    _cell("parted_at", "s", "when each element has parted; nan for those that are whole", changing=True),
-    _cell("growth_diameter", "1", "factor of marine growth on the diameter of each element"),
-    _cell("growth_mass", "1", "factor of marine growth on the mass of each element"),
-    _cell("growth_weight", "N", "weight in water that marine growth adds to each element"),
-    _component("wave_amplitude", "m", "amplitude of a component of the sea"),
-    _component("wave_period", "s", "its period"),
-    _component("wave_direction_deg", "degree", "direction towards which it runs, from x towards y"),
-    _component("wave_phase_deg", "degree", "its phase in a cos(k.x - omega t + phase)"),
+    *FIELDS,
 )
 ERROR = "_error"
 LEADING = "minus what it were without the leading error of the time steps"

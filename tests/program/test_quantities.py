@@ -20,7 +20,8 @@ from dolfbuoy.results import figures, sweep_figure
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.measured import compute
 from dolfbuoy.results.paraview import meshes_of
-from dolfbuoy.results.quantities import EVERYWHERE, QUANTITIES, Curve, Quantity, shown_in
+from dolfbuoy.results.quantities import QUANTITIES, shown_in
+from dolfbuoy.results.quantity import EVERYWHERE, Curve, Quantity
 from dolfbuoy.results.record import fitting
 from dolfbuoy.results.sample import numbers_of
 from dolfbuoy.results.statistics import collect, statistics
