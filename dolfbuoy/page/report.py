@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ..results.style import Figure
     from ..scene import Scene
 
-#: Figures of a run in its report, in this order, with their captions; of several lines or buoys those of the first.
+#: Figures of a run in its report, in this order, with their captions; of several lines or buoys of that which governs.
 FIGURES = {
     "snapshot": "The system at the end of the run.",
     "tension": "Tension at both ends of the line.",
@@ -262,13 +262,21 @@ def _of_run(record: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Figure]]:
     for name, caption in FIGURES.items():
         if (draw := KNOWN.get(name)) is None:
             continue
-        part = next(iter(names_of(record, draw.part)), None) if draw.part else None
+        part = _governing(record, draw.part, names_of(record, draw.part)) if draw.part else None
         try:
             figure = draw(record, scene, **({draw.part: part} if part else {}))
         except (Missing, TooShort):
             continue
         several = draw.part is not None and len(names_of(record, draw.part)) > 1
-        yield f"{caption[:-1]} {part}." if several else caption, figure
+        yield f"{caption[:-1]}: {part}." if several else caption, figure
+
+
+def _governing(record: xr.Dataset, kind: str, names: list[str]) -> str | None:
+    """The line with the largest tension, or the buoy that leans most; the first where a record does not say."""
+    values = record.get({"cable": "tension_top", "buoy": "cone_angle"}.get(kind, ""))
+    if values is None or len(names) < 2:
+        return next(iter(names), None)
+    return names[int(np.nanargmax(np.nan_to_num(values.max("time").values, nan=-np.inf)))]
 
 
 def _figures(every: Iterable[tuple[str, Figure]]) -> Markup:

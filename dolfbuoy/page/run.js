@@ -60,7 +60,8 @@ function makeLegend() {
     paint();
     onTheme(paint);
     const factor = scale[1] >= 1000 ? 1e-3 : 1;
-    const [low, high, largest] = [...scale, data.view.lines.largest].map((x) => format(x * factor, 3));
+    const least = Math.abs(scale[0]) < 2e-3 * scale[1] ? 0 : scale[0];
+    const [low, high, largest] = [least, scale[1], data.view.lines.largest].map((x) => format(x * factor, 3));
     const above = largest === high ? "" : `, in any step ${largest} at most`;
     host.append(element("div", { class: "tension" }, low, bar, `${high} ${factor < 1 ? "kN" : "N"} tension${above}`));
   }

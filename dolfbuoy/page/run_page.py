@@ -253,6 +253,6 @@ def _periods(scene: Scene) -> Markup | None:
         periods = derived(scene).periods
     if not periods or scene.time is None or not scene.time.end:
         return None
-    rows = [(name, f"{T:.5g}", f"{100 * remaining_amplitude(T, scene):.3g} %") for name, T in periods.items()]
+    rows = [(name, f"{T:.5g}", f"{100 * remaining_amplitude(T, scene):.1f} %") for name, T in periods.items()]
     caption = "What the scheme at its step leaves of the amplitude of a free motion, to the end of the run"
     return table(("period", "s", "left"), rows, caption)

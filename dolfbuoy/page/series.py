@@ -57,7 +57,10 @@ def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, 
                 continue
             if curve.component:
                 values = values[:, "xyz".index(curve.component)]
-            kind, unit = KINDS.get(quantity.kind, "line"), quantity.unit.replace("degree", "deg")
+            kind, unit = (
+                KINDS.get(quantity.kind, "line"),
+                "1/m" if quantity.unit == "m-1" else quantity.unit.replace("degree", "deg"),
+            )
             found.setdefault(curve.panel, (kind, unit, []))[2].append((curve.name, values))
     return found
 

@@ -10,7 +10,7 @@ from .shapes import BY_SHAPE, SOURCE
 #: Keys on top that a page or report has in its heading.
 OF_REPORTS = ("title", "project", "author", "revision")
 #: Numbers from here on have their digits in groups.
-MANY = 1e6
+MANY = 1e4
 #: Numbers of a list that are shown; of more only how many there are.
 MOST_NUMBERS = 12
 

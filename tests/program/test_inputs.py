@@ -27,7 +27,7 @@ def test_values_stand_with_their_section_meaning_and_unit():
     assert ("sea", "water density") not in found  # the default
     assert found["cable.a", "unstretched length"] == ("12", "m")
     assert found["cable.b", "unstretched length"] == ("14", "m")
-    assert found["material.rope", "axial stiffness EA"] == ("123456", "N")
+    assert found["material.rope", "axial stiffness EA"] == ("123,456", "N")
     assert found["joint", "mass"] == ("70", "kg")
     assert ("7", "kg") not in found.values()
     assert {value for (section, _), (value, unit) in found.items() if section == "seabed"} == {"0.7", "pulled"}

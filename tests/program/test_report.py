@@ -5,12 +5,15 @@ Source: the record and the scene, read by hand.
 
 import re
 
+import numpy as np
 import pytest
+import xarray as xr
 from dynamics_helpers import MOORED, merged
 from every_key import shows
 
 import dolfbuoy
 from dolfbuoy import load_scene
+from dolfbuoy.page.report import _governing
 from dolfbuoy.results.record import read
 from dolfbuoy.studies.sweep import sweep
 
@@ -113,3 +116,13 @@ def test_what_has_no_report(arguments, said, call, tmp_path, monkeypatch):
     code, _, err = call("report", *arguments)
     assert code == 2
     assert said in err.replace("\n", " ")
+
+
+def test_figures_are_of_what_governs():
+    """The line that is pulled hardest and the buoy that leans most; of a record without these the first."""
+    tension = (("time", "cable"), [[1.0, 5.0, 2.0], [3.0, 4.0, np.nan]])
+    record = xr.Dataset({"tension_top": tension, "cone_angle": (("time", "buoy"), [[1.0, 2.0], [9.0, 3.0]])})
+    assert _governing(record, "cable", ["east", "north", "south"]) == "north"
+    assert _governing(record, "buoy", ["a", "b"]) == "a"
+    assert _governing(record.drop_vars("tension_top"), "cable", ["east", "north"]) == "east"
+    assert _governing(record, "cable", []) is None
