@@ -116,7 +116,9 @@ def directly(problem: Problem) -> None:
             if group.owns_end(piece, end):
                 nodes = group.nodes_of[piece][np.argsort(group.node_s[group.nodes_of[piece]])]
                 low, high = u[group.part.slice][group.node_dofs[nodes[[-2, -1] if end else [0, 1]]]]
-                way, to = (high - low) / np.linalg.norm(high - low), direction.value.copy()
+                if not (size := np.linalg.norm(high - low)):
+                    raise SolveError("the start has elements of no length: give a shape by initial.points")
+                way, to = (high - low) / size, direction.value.copy()
                 turns.append((direction, way, to, float(np.arccos(np.clip(way @ to, -1.0, 1.0)))))
     if problem.comm.allreduce(max((angle for *_, angle in turns), default=0.0), op=max) < FAR:
         newton(problem)

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from dolfbuoy import InputError, load_scene, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.errors import SolveError
 from dolfbuoy.studies.accuracy import bent
 
 G = 10.0
@@ -206,10 +207,12 @@ def test_on_a_soft_bed(name):
 # -- limits that need no theory ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("degree", [1, 2, 3, 4])
 @pytest.mark.parametrize("strain_form", ["paper", "energy"])
 def test_balance_of_moments_and_turning(degree, strain_form):
-    """About any point, with the end moments t_b x m, on few elements; int m/EI ds is the turn of the direction."""
+    """To rounding, about any point, with the end moments t_b x m, on few elements; int m/EI ds is the turn of the
+    direction.
+    """
     ends = {"from_end": {"direction": [1.0, 0.3, 0.1]}, "to_end": {"direction": [0.5, -0.4, 0.6]}}
     keys = ends | {"axial_stiffness": 1e6, "strain_form": strain_form}
     rest = solve_static(clamped_catenary(20, degree, 5e4, False, **keys))
@@ -225,9 +228,29 @@ def test_balance_of_moments_and_turning(degree, strain_form):
     weight = np.einsum("q,qn,cnx->x", weights, basis, np.cross(r[cells], [0.0, 0.0, -200.0])) * h
     total = np.cross(r[0], forces[0]) + np.cross(r[-1], forces[1]) + weight
     total += np.cross(directions[1], m[-1]) - np.cross(directions[0], m[0])
-    assert np.abs(total).max() < 1e-7 * np.abs(np.cross(r[-1], forces[1])).max()
+    assert np.abs(total).max() < 1e-12 * np.abs(np.cross(r[-1], forces[1])).max()
+    assert np.sum(forces, axis=0) == pytest.approx([0.0, 0.0, 200.0 * 120.0], abs=1e-12 * 200.0 * 120.0)
     turned = np.einsum("q,qn,cnx->x", weights, basis, m[cells]) * h / 5e4
-    assert turned == pytest.approx(directions[1] - directions[0], abs=1e-9)
+    assert turned == pytest.approx(directions[1] - directions[0], abs=1e-12)
+
+
+def test_a_ring():
+    """Two lines welded to each other and held back to back where they begin are a circle without forces."""
+    names, radius, turn = ("up", "down"), 5.0 / math.pi, np.linspace(0.0, math.pi, 9)
+    line = {"length": 5.0, "line_density": 1.0, "diameter": 0.02, "axial_stiffness": 1e5, "bending_stiffness": 100.0}
+    line |= {"elements": 10, "position_degree": 2, "tension_degree": 1, "from": "a", "to": "b"}
+    sides = {"up": 1.0, "down": -1.0}
+    lines = [line | {"name": name, "from_end": {"direction": [0.0, 0.0, sides[name]]}} for name in names]
+    scene = {"gravity": 0.0, "cable": lines, "joint": [{"name": "a", "position": [0.0, 0.0, 0.0]}]}
+    scene["joint"].append({"name": "b", "weld": True})
+    with pytest.raises(SolveError, match="elements of no length"):
+        solve_static(scene)
+    arcs = np.stack([1 - np.cos(turn), 0 * turn, np.sin(turn)], axis=-1) * radius
+    arcs = {name: (arcs * [1.0, 1.0, side]).tolist() for name, side in sides.items()}
+    found = solve_static(scene | {"initial": {"points": arcs}})
+    assert found.curvature.values == pytest.approx(1 / radius, rel=5e-5)
+    assert np.abs(found.cable_tension).max() < 1e-6 * 100.0 / radius**2
+    assert found.joint_position.values[-1] == pytest.approx([2 * radius, 0.0, 0.0], abs=2e-4 * radius)
 
 
 def test_welded_pieces_are_one():
