@@ -292,18 +292,6 @@ def test_meanings_have_units():
     assert _meaning(SimpleNamespace(**vars(row) | {"unit": "", "range": '"a" | "b"'})) == 'length: "a" | "b"'
 
 
-def test_two_fairleads_of_one_buoy():
-    """A line between them is one, and at one of them it has no length."""
-    buoy = {"hull": [[0, 2], [2, 2]], "mass": 500.0, "fairleads": {"a": [1.0, 0, 0], "b": [-1.0, 0, 0]}}
-    line = {"line_density": 1.0, "diameter": 0.03, "axial_stiffness": 1e5}
-    own = line | {"name": "own", "length": 3.0, "from": "buoy.a"}
-    down = line | {"name": "down", "length": 25.0, "from": [0, 0, -20.0], "to": "buoy.a"}
-    scene = {"sea": {"depth": 20.0}, "buoy": buoy}
-    assert load_scene(scene | {"cable": [own | {"to": "buoy.b"}, down]})
-    with pytest.raises(InputError, match="is where the cable comes from: its ends must be two places"):
-        load_scene(scene | {"cable": [own | {"to": "buoy.a"}, down]})
-
-
 def test_a_file_with_a_mark_of_its_bytes(tmp_path):
     """As editors of Windows write it."""
     load_scene(CHAIN).save(tmp_path / "scene.toml")
