@@ -75,9 +75,10 @@ def statistics(
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from ..elsewhere import MPI
     from ..results.folder import claimed
+    from ..results.lifetime import against_seeds, lifetime
     from ..results.runs import run_of, runs_of
     from ..results.sample import Fatigue
-    from ..results.statistics import against_seeds, lifetime, together
+    from ..results.statistics import together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing

@@ -1,4 +1,4 @@
-"""Statistics of runs that differ in their seed, of several such sets, of the cases of a sweep, and of a life.
+"""Statistics of runs that differ in their seed, of several such sets, and of the cases of a sweep.
 
 Runs whose scenes are equal but for `waves.seed` are a set: their cycles and peaks are pooled, and the largest value of
 each is one of the maxima that Gumbel's distribution is fitted to.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..scene.variants import in_words, probabilities
 from .bars import STATISTICS as BARS
 from .criteria import governing, over_cases
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
@@ -29,8 +28,8 @@ from .runs import Run, runs_of
 from .sample import LASTS, NUMBERS, STATISTICS, Fatigue, pair_of
 from .series import OF_PART, Columns, described, place_of
 
-#: Seconds of a year of 365.25 days, and years of the largest value, by default.
-YEAR, YEARS = 31557600.0, 50.0
+#: Seconds of a year of 365.25 days.
+YEAR = 31557600.0
 
 
 def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
@@ -92,7 +91,7 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     """
     names = list(dict.fromkeys(run.set for run in runs))
     sets, member = [[run for run in runs if run.set == name] for name in names], [names.index(run.set) for run in runs]
-    samples, columns = [run.sample for run in runs], Columns(_labels(runs, "series"))
+    samples, columns = [run.sample for run in runs], Columns(labels_of(runs, "series"))
     data = {
         "seconds": ("run", [float(run.seconds) for run in runs], unit_and_name("s", "computing time")),
         "start": ("run", [s["start"] for s in samples], unit_and_name("s", "first instant that counts")),
@@ -127,7 +126,7 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
     if judged := governing(over_cases((run.name if len(runs) > 1 else "", run.sample) for run in runs)):
         attributes["criteria"] = json.dumps([one.row() for one in judged])
-    attributes["notes"] = "\n".join([*_parted(runs), *notes, *_about(curves)])
+    attributes["notes"] = "\n".join([*_parted(runs), *notes, *curves_in_words(curves)])
     return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 
 
@@ -141,7 +140,7 @@ def _parted(runs: list[Run]) -> list[str]:
     return [f"Lines parted, {which}; numbers mix what was before and after, unless --from is later than that."]
 
 
-def _labels(runs: list[Run], kept: str) -> list[str]:
+def labels_of(runs: list[Run], kept: str) -> list[str]:
     """Labels of the series, peaks or cycles of runs."""
     return list(dict.fromkeys(label for run in runs for label in run.sample[kept]))
 
@@ -157,7 +156,7 @@ def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) ->
         deviations = {label: numbers["standard_deviation"] for label, numbers in sample["series"].items()}
         elevations = {label: d for label, d in deviations.items() if declared(place_of(label).name).place}
         row = {label: {"m0": deviation * deviation, "Hs": 4 * deviation} for label, deviation in elevations.items()}
-        for label in _labels(runs, "cycles"):
+        for label in labels_of(runs, "cycles"):
             row[label] = {"equivalent_load": fatigue.equivalent_load(sample, label)}
             if label in sample["cycles"] and (damage := fatigue.damage(sample, label)) is not None:
                 row[label]["damage"] = damage.sum
@@ -181,7 +180,7 @@ def _age(runs: list[Run], member: Any, rows: list[dict[str, dict[str, float]]], 
                     rows[k][label]["life"] = fatigue.life(runs[mine[0]].sample, label, yearly)
 
 
-def _about(curves: dict[str, list[str]]) -> list[str]:
+def curves_in_words(curves: dict[str, list[str]]) -> list[str]:
     """A sentence about each curve of fatigue."""
     found = []
     for curve, every in curves.items():
@@ -191,7 +190,7 @@ def _about(curves: dict[str, list[str]]) -> list[str]:
     return found
 
 
-def _shortest(labels: list[str], lives: list[float], factor: float) -> list[str]:
+def shortest_life(labels: list[str], lives: list[float], factor: float) -> list[str]:
     """A sentence about the series with the shortest life."""
     known = {label: life for label, life in zip(labels, lives, strict=True) if math.isfinite(life)}
     if not known:
@@ -212,7 +211,7 @@ def _pools(sets: list[list[Run]], kept: str, ending: str, other: str, words: tup
     """Peaks or cycles of the runs of each set, one set and one part after the other, numbered by _set and named."""
     data: dict[str, Variable] = {}
     by_name: dict[str, list[tuple[Any, ...]]] = {}
-    for label in _labels([run for runs in sets for run in runs], kept):
+    for label in labels_of([run for runs in sets for run in runs], kept):
         for k, runs in enumerate(sets):
             pairs = zip(*(pair_of(run.sample, kept, label) for run in runs), strict=True)
             pair = [np.concatenate(column) for column in pairs]
@@ -275,7 +274,7 @@ def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], 
     found: dict[str, NDArray[Any]] = {}
     reasons: dict[str, list[tuple[int, str]]] = {}
     data: dict[str, Variable] = {}
-    for label in _labels([run for runs in sets for run in runs], "peaks"):
+    for label in labels_of([run for runs in sets for run in runs], "peaks"):
         rows = found[label] = np.full((len(sets), 5), np.nan)
         for k, runs in enumerate(sets):
             if not any(label in run.sample["series"] for run in runs):
@@ -301,126 +300,3 @@ def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], 
         what = f"No most probable maximum of {HOURS:g} h{part}"
         notes.append(f"{what} ({len(labels)} series, {labels[0]} first): {reason}.")
     return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, notes
-
-
-def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
-    """Over `series`, each of the cable or buoy `part`: damage per year, life in years (and over the safety factor of
-    the scenes, if they have one), equivalent load of the whole year, and the value that the largest of 3 h exceeds once
-    in so many years on the average (nan: some sea state has too few seeds).
-
-    scatter: CSV with the keys that the sweep varies and `probability`; what is left of 1 is calm, without damage or
-    load.  Raises InputError if a sea state with a probability has no run.
-    """
-    if not 0 < years < math.inf:
-        raise InputError(f"--years {years}: must be a positive number.")
-    states, reasons = list(_states(runs, scatter)), list[str]()
-    labels = list(dict.fromkeys([*_labels(runs, "peaks"), *_labels(runs, "cycles")]))
-    curves: dict[str, list[str]] = {}
-    rows = [_row(label, states, fatigue, years, reasons, curves) for label in labels]
-    factor = max((fatigue.factor(run.sample) for _, mine in states for run in mine), default=1.0)
-    names = {
-        "damage_per_year": "Miner sum of a year",
-        "life": "years until the Miner sum is 1",
-        "equivalent_load": "constant range that does the same, in the unit of the series",
-        "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
-    }
-    data = {n: ("series", [row[i] for row in rows], {"long_name": names[n]}) for i, n in enumerate(names)}
-    if factor > 1:
-        with_factor = {"long_name": f"life over the safety factor {factor:g}"}
-        data["life_with_factor"] = "series", [row[1] / factor for row in rows], with_factor
-    notes = "\n".join([*reasons[:1], *_about(curves), *_shortest(labels, data["life"][1], factor)])
-    attributes = {"years": years, "probability": sum(p for p, _ in states), "safety_factor": factor, "notes": notes}
-    return xr.Dataset(data, _over_series(labels), attrs=attributes)
-
-
-def _over_series(labels: list[str]) -> dict[str, Any]:
-    """Coordinates of numbers of one value for each series."""
-    return {
-        "series": [place_of(label).name for label in labels],
-        "part": ("series", [place_of(label).part for label in labels]),
-        "unit": ("series", [described(label)[0] for label in labels]),
-    }
-
-
-def against_seeds(runs: list[Run], design: Run) -> xr.Dataset:
-    """Over `series`: largest value of a run in a design wave, and the probability that the largest of 3 h of a sea is
-    above it, by the runs of one set; `most_probable` largest value of the set.  Raises InputError.
-    """
-    if len({run.set for run in runs}) != 1:
-        raise InputError("--design: goes with runs that differ in their seed only.")
-    rows = {}
-    for label in _labels(runs, "peaks"):
-        if label in design.sample["series"]:
-            gumbel, length = gumbels(runs, label)
-            largest, times = design.sample["series"][label]["maximum"], DURATION / length
-            rows[label] = largest, gumbel.most_probable(times), float(gumbel.above(largest, times))
-    names = {
-        "largest": "largest value in the design wave, in the unit of the series",
-        "most_probable": f"most probable largest value of {HOURS:g} h, in the unit of the series",
-        "above": f"probability that the largest value of {HOURS:g} h is above that of the design wave",
-    }
-    columns = zip(*rows.values(), strict=True)
-    data = {n: ("series", list(column), {"long_name": names[n]}) for n, column in zip(names, columns, strict=True)}
-    return xr.Dataset(data, _over_series(list(rows)))
-
-
-def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]:
-    """(probability, its runs) of every sea state that occurs."""
-    for changes, probability in probabilities(scatter):
-        mine = [run for run in runs if run.changes == changes]
-        if probability > 0 and not mine:
-            which = f"{in_words(changes)}, whose probability is {probability:g}"
-            raise InputError(f"--scatter {scatter}: there is no run with {which}.")
-        if probability > 0:
-            yield probability, mine
-
-
-def _row(
-    label: str,
-    states: list[tuple[float, list[Run]]],
-    fatigue: Fatigue,
-    years: float,
-    reasons: list[str],
-    curves: dict[str, list[str]],
-) -> tuple[float, float, float, float]:
-    """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
-    damage = load = largest = life = math.nan
-    if all(label in run.sample["cycles"] for _, mine in states for run in mine):
-        lengths = [sum(run.sample["duration"] for run in mine) for _, mine in states]
-        rate = sum(  # sum n S^m per second
-            p * (sum(fatigue.power_sum(run.sample, label) for run in mine) / length)
-            for (p, mine), length in zip(states, lengths, strict=True)
-        )
-        load = (rate / fatigue.frequency) ** (1 / fatigue.exponent)
-        worn = [[fatigue.damage(run.sample, label) for run in mine] for _, mine in states]
-        known = [[one for one in some if one is not None] for some in worn]
-        if known == worn:
-            sums = (sum(one.sum for one in some) for some in known)
-            damage = YEAR * sum(p * x / t for (p, _), x, t in zip(states, sums, lengths, strict=True))
-            life = fatigue.life(states[0][1][0].sample, label, damage)
-            for one in itertools.chain.from_iterable(known):
-                curves.setdefault(one.curve, []).append(label)
-    try:
-        largest = _largest([(p, *gumbels(mine, label)) for p, mine in states], years)
-    except InputError as error:
-        reasons.append(f"No largest value of {years:g} years: {error}.")
-    return damage, life, load, largest
-
-
-def _largest(states: list[tuple[float, Gumbel, float]], years: float) -> float:
-    """The value that the largest of 3 h exceeds once in so many years; states: (probability, Gumbel, length of a run).
-
-    Root of the probability that the largest value of any 3 h is above it; nan if the states are rarer than that.
-    """
-    from scipy.optimize import brentq
-
-    allowed = DURATION / (years * YEAR)
-    if sum(p for p, *_ in states) <= allowed:
-        return math.nan
-
-    def above(x: float) -> float:
-        return float(sum(p * g.above(x, DURATION / t) for p, g, t in states))
-
-    low = min(g.location - 5 * g.scale for _, g, _ in states)
-    high = max(g.most_probable(DURATION / t) + g.scale * (math.log(1 / allowed) + 5) for _, g, t in states)
-    return float(brentq(lambda x: math.log(above(x) / allowed), low, high, xtol=1e-12 * max(abs(high), 1e-300)))

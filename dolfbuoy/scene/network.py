@@ -3,20 +3,16 @@
 A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
 """
 
-import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
 from .buoy import Buoy
-from .cable import Cable, EndDirection, FailsAt, Top
-from .library import FORMS
-from .lines import PHYSICAL, SHARED, SIZE, Body, Line, Material, Segment
+from .cable import Cable, EndDirection, Top
+from .lines import Body, Line
 from .quantities import Missing, Wrong
-from .section import Section, unit_of
+from .segments import sections_of
 from .shapes import by_shape
 
 if TYPE_CHECKING:
@@ -328,60 +324,6 @@ def _numbers(body: Body) -> list[float]:
     return [getattr(body, name) for name in Body.model_fields]
 
 
-def sections_of(line: Line, materials: Mapping[str, Material], key: str) -> list[Cable]:
-    """A section [cable] for each segment of a cable: its own keys, else those of its material, else of the cable.
-
-    key: of the cable, for messages.  Raises Wrong or Missing.
-    """
-    own = _over(_material(line, materials, key), _given(line, (*PHYSICAL, *SHARED)))
-    if line.segments is None:
-        return [_section(own | _given(line, SIZE), key)]
-    found = []
-    for k, segment in enumerate(line.segments):
-        place = f"{key}.segments.{k}"
-        keys = _over(own, _material(segment, materials, place))
-        found.append(_section(_over(keys, _given(segment, (*SIZE, *PHYSICAL))), place))
-    return found
-
-
-def _over(keys: dict[str, Any], nearer: dict[str, Any]) -> dict[str, Any]:
-    """Keys, and before them nearer ones; what these make inextensible has no strain that could be damped."""
-    if math.isinf(nearer.get("axial_stiffness", 0.0)) and "damping" not in nearer:
-        keys = {name: value for name, value in keys.items() if name != "damping"}
-    return keys | nearer
-
-
-def _given(section: Section, names: Iterable[str]) -> dict[str, Any]:
-    return {name: value for name in names if (value := getattr(section, name, None)) is not None}
-
-
-def _material(piece: Line | Segment, materials: Mapping[str, Material], key: str) -> dict[str, Any]:
-    if piece.material is None:
-        return {}
-    if piece.material not in materials:
-        known = ", ".join(materials) or "there is none"
-        allowed = f"must be the name of a [material.NAME]: {known}; or one of the library, like {FORMS}"
-        raise Wrong(f"{key}.material", piece.material, allowed)
-    return _given(materials[piece.material], PHYSICAL)
-
-
-def _section(keys: dict[str, Any], place: str) -> Cable:
-    try:
-        return Cable.model_validate(keys)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join([place, *map(str, first["loc"])])
-        cause = first.get("ctx", {}).get("error")
-        if first["type"] == "missing":
-            info = Cable.model_fields[str(first["loc"][0])]
-            raise Missing(where, f"{info.description} [{unit_of(info)}]") from None
-        if isinstance(cause, Missing):
-            raise Missing(f"{where}.{cause.key}", cause.why) from None
-        if isinstance(cause, Wrong):
-            raise Wrong(f"{where}.{cause.key}", cause.value, cause.allowed) from None
-        raise Wrong(where, first["input"], first["msg"]) from None
-
-
 def attached_ends(network: Network) -> list[tuple[int, int]]:
     """(piece, end: 0 at s = 0, 1 at s = L) of all ends on buoys, buoy after buoy."""
     found: dict[str | None, list[tuple[int, int]]] = {name: [] for name in network.buoys}
@@ -390,86 +332,3 @@ def attached_ends(network: Network) -> list[tuple[int, int]]:
             if piece.ends[i].kind == "buoy":
                 found[piece.ends[i].name].append((k, i))
     return [end for ends in found.values() for end in ends]
-
-
-def check_network(scene: "Scene") -> None:
-    """Refuse what is no network: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
-    network = scene.network
-    for piece in network.pieces:
-        key, section = network.key_of(piece.cable), piece.section
-        if scene.sea is not None and section.diameter is None:
-            raise Missing(f"{key}.diameter", "the sea needs it")
-        low, high = piece.ends
-        if low.name is not None and low.kind == high.kind and low.name == high.name and low.fairlead == high.fairlead:
-            raise Wrong(f"{key}.to", high.name, "is where the cable comes from: its ends must be two places")
-        if scene.initial.kind == "straight" and high.kind == "free" and high.position is None:
-            raise Wrong("initial.kind", "straight", f"needs {key}.top.position, the end of the straight line")
-    unknown = set(scene.initial.points) - set(network.cables) if isinstance(scene.initial.points, dict) else ()
-    if unknown:
-        raise Wrong("initial.points", min(unknown), f"must be of the cables: {', '.join(network.cables) or 'none'}")
-    for number, section in enumerate(scene.cables):
-        low, high = network.pieces[network.first_of(number)].ends[0], network.pieces[network.last_of(number)].ends[1]
-        if low.held and high.held and low.position == high.position:
-            key = f"{network.key_of(number)}.{'to' if getattr(section, 'to', None) is not None else 'top.position'}"
-            raise Wrong(key, high.position, "is where the cable comes from: its ends must be two places")
-    _check_bending(network)
-    _check_parting(network)
-    _check_held(network)
-    for name in OWN[:2] if len(network.buoys) > 1 else ():
-        if getattr(scene, name) is not None:
-            allowed = f"belongs to one buoy, and there are several: give [buoy.{name}] to those it acts on"
-            raise Wrong(name, "[...]", allowed)
-    for name in type(scene.initial).model_fields if len(network.buoys) > 1 else ():
-        if name.startswith("buoy_") and (value := getattr(scene.initial, name)) is not None:
-            raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
-
-
-def _check_bending(network: Network) -> None:
-    """Directions belong to ends of lines that bend, which have something to hold them; welds to two such lines."""
-    for piece in network.pieces:
-        for name, end in zip(("from_end", "to_end"), piece.ends, strict=True):
-            key = f"{network.key_of(piece.cable)}.{name}.direction"
-            if end.clamp is None:
-                continue
-            if not piece.section.bending_stiffness:
-                raise Wrong(key, list(end.clamp.unit), "goes with a line that has bending_stiffness")
-            if end.kind == "joint":
-                raise Wrong(key, list(end.clamp.unit), "goes with an end that is held, free or on a buoy")
-    for name, ends in network.meetings().items():
-        if name in network.welds:
-            bend = [network.pieces[k].section.bending_stiffness > 0 for k, _ in ends]
-            if bend != [True, True]:
-                raise Wrong("joint.weld", True, f"joins two lines with bending_stiffness, not {len(ends)} at {name}")
-            damping = [network.pieces[k].section.bending_damping for k, _ in ends]
-            if damping[0] != damping[1]:
-                key = f"{network.key_of(network.pieces[ends[1][0]].cable)}.bending_damping"
-                raise Wrong(
-                    key, damping[1], f"must be that of the line it goes on from without a kink, {damping[0]:g} s"
-                )
-
-
-def _check_parting(network: Network) -> None:
-    """A cable parts where it is, a segment with a rule of its own there."""
-    lengths: dict[tuple[int, FailsAt | None], float] = {}
-    for piece in network.pieces:
-        place = piece.cable, piece.section.fails_at
-        lengths[place] = lengths.get(place, 0.0) + piece.section.length
-    for (cable, rule), length in lengths.items():
-        if rule is not None and rule.at is not None and rule.at > length:
-            key = f"{network.key_of(cable)}.fails_at.at"
-            raise Wrong(key, rule.at, f"must be on the cable, 0 to length = {length:g} m")
-
-
-def _check_held(network: Network) -> None:
-    """Every part needs an end that is held."""
-    parts = network.parts()
-    held: set[str | int] = {name for name, top in network.joints.items() if top is not None}
-    held |= {piece.cable for piece in network.pieces if any(end.held or end.is_on_sinker for end in piece.ends)}
-    springs = [device.ends for device in network.take_offs.values() if device.section.holds]
-    held |= {str(other.name) for ends in springs for end, other in (ends, ends[::-1]) if end.held}
-    for number, name in enumerate(network.cables):
-        if not parts[number] & held:
-            raise Wrong("cable.name", name, "hangs on nothing that is held: some end must have a place [x, y, z]")
-    for name in network.buoys:
-        if network.pieces and not parts[name] & held:
-            raise Wrong("buoy.name", name, "hangs on no cable: name it in from or to of a [[cable]]")

@@ -17,7 +17,8 @@ from .buoy import Buoy, BuoyStart, ExternalForce, Turning, Wind
 from .criteria import Criteria, check_criteria
 from .fatigue import Fatigue, check_fatigue
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
-from .network import Network, check_network, resolved
+from .network import Network, resolved
+from .network_checks import check_network
 from .petsc_options import checked
 from .quantities import Missing, Wrong
 from .section import Section, key

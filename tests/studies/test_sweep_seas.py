@@ -15,9 +15,10 @@ from mpi_helpers import needs_mpirun, start
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
+from dolfbuoy.results.lifetime import against_seeds, lifetime
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import Fatigue
-from dolfbuoy.results.statistics import YEAR, Run, against_seeds, gumbels, lifetime, runs_of
+from dolfbuoy.results.statistics import YEAR, Run, gumbels, runs_of
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
 from dolfbuoy.studies.sweep import sweep
 
