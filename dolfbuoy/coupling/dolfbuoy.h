@@ -18,7 +18,7 @@ typedef struct dolfbuoy dolfbuoy;
 dolfbuoy *dolfbuoy_create(const char *scene);
 
 /* Before dolfbuoy_init: change a key of the scene, "waves.amplitude=1.5"; drive an end of a line or a buoy,
-   "cable.to"; record in a folder, as a run does. */
+   "cable.to", or the length of a line, "cable.winch"; record in a folder, as a run does. */
 int dolfbuoy_set(dolfbuoy *session, const char *assignment);
 int dolfbuoy_drive(dolfbuoy *session, const char *name);
 int dolfbuoy_record(dolfbuoy *session, const char *folder);
@@ -27,9 +27,10 @@ int dolfbuoy_record(dolfbuoy *session, const char *folder);
 int dolfbuoy_init(dolfbuoy *session);
 
 /* Of all that is driven, in the order in which it was named:
-   x: of an end its position (3) [m], of a buoy position of C and quaternion (7);
-   v: of an end its velocity (3) [m/s], of a buoy velocity of C and angular velocity (6) [m/s, rad/s];
-   f: of an end the pull of the line on what holds it (3) [N], of a buoy force and moment about C of all its lines (6).
+   x: of an end its position (3) [m], of a buoy position of C and quaternion (7), of a winch the unstretched length (1);
+   v: of an end its velocity (3) [m/s], of a buoy velocity of C and angular velocity (6) [m/s, rad/s], of a winch its (1);
+   f: of an end the pull of the line on what holds it (3) [N], of a buoy force and moment about C of all its lines (6),
+      of a winch the mean tension of what it winds (1) [N].
    How many numbers these are, and what they are now; a pointer may be NULL. */
 int dolfbuoy_sizes(dolfbuoy *session, int *of_x, int *of_v);
 int dolfbuoy_now(dolfbuoy *session, double *t, double *x, double *f);

@@ -15,6 +15,7 @@ from ..version import __version__
 from ..writing import replacing
 from .library import FOLDER, build
 from .paths import Pose
+from .served import WINCH
 from .session import Session
 
 if TYPE_CHECKING:
@@ -65,6 +66,10 @@ def layout_of(session: Session) -> Layout:
     for name, path in session.paths.items():
         body, here = isinstance(path, Pose), [float(x) for x in path.end[1]]
         starts += here
+        if name.endswith(WINCH):
+            inputs.append(Variable(f"{name}.length", "m", "input", "unstretched length", here[0]))
+            outputs.append(Variable(f"{name}.tension", "N", "output", "mean tension of what is wound"))
+            continue
         places = zip([*PLACE, *(TURN if body else [])], here, strict=True)
         inputs += [Variable(f"{name}.{x}", unit, "input", "place", start) for (x, unit), start in places]
         forces = [*FORCE, *(MOMENT if body else [])]

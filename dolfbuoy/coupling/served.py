@@ -12,6 +12,8 @@ from ..scene import parse_assignment
 from .paths import Array, Pose
 from .session import Saved, Session
 
+#: End of the name of a length that is driven.
+WINCH = ".winch"
 DONE, FAILED, REFUSED, BROKEN = 0, 1, 2, 3
 
 
@@ -44,8 +46,6 @@ class Client:
     def open(self) -> None:
         """Find the equilibrium."""
         self.choose(lambda: None)
-        if wound := [name for name in self.names if name.endswith(".winch")]:
-            raise InputError(f"driven = {wound[0]!r}: a length is driven from Python only.")
         self._session = Session(self.scene, self.folder, driven=self.names, **self.changes)
 
     def bodies(self) -> list[bool]:
@@ -53,10 +53,15 @@ class Client:
         paths = self.session.paths
         return [isinstance(paths[name], Pose) for name in self.names]
 
+    def counts(self) -> list[tuple[int, int]]:
+        """Numbers of x, and of v or f, of each thing that is driven; a winch has a length, its rate and a tension."""
+        pairs = zip(self.names, self.bodies(), strict=True)
+        return [(7, 6) if body else (1, 1) if name.endswith(WINCH) else (3, 3) for name, body in pairs]
+
     def sizes(self) -> tuple[int, int]:
         """Count of the numbers of x and of v or f."""
-        bodies = self.bodies()
-        return sum(7 if body else 3 for body in bodies), sum(6 if body else 3 for body in bodies)
+        counts = self.counts()
+        return sum(of_x for of_x, _ in counts), sum(of_v for _, of_v in counts)
 
     def places(self) -> Array:
         """x of all that is driven."""
@@ -73,13 +78,14 @@ class Client:
     def step(self, x: Array, v: Array | None, dt: float) -> None:
         """Drive everything there, and go on."""
         at = of_v = 0
-        for name, body in zip(self.names, self.bodies(), strict=True):
-            speeds = [None, None] if v is None else [v[of_v : of_v + 3], v[of_v + 3 : of_v + 6]]
-            if body:
-                self.session.drive(name, x[at : at + 3], x[at + 3 : at + 7], *speeds)
+        for name, (count, speeds) in zip(self.names, self.counts(), strict=True):
+            place, speed = x[at : at + count], None if v is None else v[of_v : of_v + speeds]
+            if count == 7:
+                rates = [None, None] if speed is None else [speed[:3], speed[3:]]
+                self.session.drive(name, place[:3], place[3:], *rates)
             else:
-                self.session.drive(name, x[at : at + 3], velocity=speeds[0])
-            at, of_v = at + (7 if body else 3), of_v + (6 if body else 3)
+                self.session.drive(name, place, velocity=speed)
+            at, of_v = at + count, of_v + speeds
         self.session.step(dt)
 
     def values(self, quantity: str, count: int) -> Array:

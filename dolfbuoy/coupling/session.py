@@ -295,8 +295,11 @@ class Session:
     def pull(self, name: str) -> Array:
         """Force of the lines [N] on what holds their end: "CABLE.from", "CABLE.to", or a joint that the scene holds.
 
-        World frame.  The record has the opposite, the force that holds the end.
+        World frame.  The record has the opposite, the force that holds the end.  Of a driven "CABLE.winch" one number,
+        the mean tension of what it winds.
         """
+        if name in self.paths and (piece := names.wound_piece(self.scene.network, name)) is not None:
+            return np.array([names.mean_tension(self.simulation.problem, piece)])
         total = np.zeros(3)
         ends = names.ends_of(self.scene.network, name)
         if not ends:

@@ -208,3 +208,32 @@ def test_a_step_that_is_not_possible_is_a_status_and_a_message(line, tmp_path, c
         slave.doStep(0.0, 0.02)
     slave.freeInstance()
     assert "nan]: must be 3 numbers" in capfd.readouterr().out
+
+
+def test_a_winch_is_that_of_a_session(tmp_path):
+    """Its length is an input; its tension, the mean one of the line, an output between those of both ends."""
+    file = tmp_path / "winch.fmu"
+    export(load_scene(LINE), file, ["cable.winch", "cable.to"])
+    assert validate_fmu(str(file)) == []
+    slave = Slave(file, tmp_path / "fmu")
+    slave.setInt32([slave.places["extrapolation"]], [0])
+    names = ("cable.winch.tension", "cable.to.fx", "cable.tension_top", "cable.tension_anchor")
+    with Session(LINE, driven=["cable.winch", "cable.to"]) as s:
+        length = float(s.paths["cable.winch"].end[1][0])
+        assert slave.read("cable.winch.length") == length
+        first = slave.read("cable.winch.tension").item()
+        for k in range(10):
+            found, values = slave.read(*names), s.values()
+            tension, pull = s.pull("cable.winch").item(), s.pull("cable.to")[0]
+            np.testing.assert_allclose(
+                found, [tension, pull, *values["tension_top"], *values["tension_anchor"]], rtol=1e-14
+            )
+            assert found[3] < found[0] < found[2]
+            paid = length - 0.001 * (k + 1) ** 2
+            s.drive("cable.winch", paid)
+            s.step(0.02)
+            slave.write(cable__winch__length=paid)
+            slave.doStep(0.02 * k, 0.02)
+    assert found[0] > 1.02 * first  # it was wound in
+    slave.terminate()
+    slave.freeInstance()
