@@ -170,7 +170,7 @@ def check_fatigue(scene: "Scene") -> None:
     if not network.pieces:
         raise Missing("cable", "[fatigue] is of lines")
     if not any_curve:
-        raise Missing("fatigue.curve", "or fatigue_curve of a material: without a curve there is no fatigue")
+        raise Missing("fatigue.curve", f"or fatigue_curve of a material: one of {', '.join(CURVES)}, or a constant")
     for name in ("corrosion", "corrosion_rate"):
         if getattr(fatigue, name) and not thinned:
             raise Wrong(f"fatigue.{name}", getattr(fatigue, name), "goes with chains: no line here has a curve of one")
