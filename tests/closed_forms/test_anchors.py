@@ -3,6 +3,8 @@
 Source: a block on a plane, which slides as soon as H > mu (W - V), by hand.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
@@ -10,7 +12,9 @@ from every_key import shows
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
+from dolfbuoy.results.design import Design
 from dolfbuoy.results.summary import static_warnings, warnings
+from dolfbuoy.scene.anchors import anchors_of
 
 RUN = merged(MOORED, cable__elements=4, time={"end": 1.0, "step": 0.05})
 del RUN["current"]  # whose drag along the line has a vertical part
@@ -88,6 +92,7 @@ SINKER = {"weight": 1e4, "friction": 0.5}
     [
         ({}, "anchor.weight: must be given, with friction, or else holding_capacity"),
         ({"weight": 1e4}, "anchor.friction: must be given, with weight"),
+        ({"holding_capacity": 1e4, "friction": 0.5}, "anchor.friction: must be given, with weight, and not without it"),
         (SINKER | {"holding_capacity": 1e4}, "anchor.weight: must be given, with friction, or else holding_capacity"),
         (SINKER | {"at": "port.from"}, "anchor.at = 'port.from': must be one of the anchors: cable.from"),
         ([SINKER, SINKER], "anchor.at = 'cable.from': is given twice"),
@@ -103,3 +108,23 @@ def test_what_is_no_anchor(anchor, said):
 def test_no_anchor_is_forgotten():
     with pytest.raises(InputError, match=r"for north.from, south.from too"):
         load_scene("three-legs", anchor=[SINKER | {"at": "east.from"}])
+
+
+def test_a_sinker_is_pulled_by_both_horizontal_components():
+    """H/mu + V, whichever way H points."""
+    design = Design.__new__(Design)
+    design.anchors, design.given = ["a", "b"], {"a": SimpleNamespace(friction=0.5), "b": SimpleNamespace(friction=0.8)}
+    pulls = np.array([[[300.0, 400.0, 100.0], [0.0, 80.0, -20.0]]])
+    np.testing.assert_allclose(design.needed_weight(pulls), [[500 / 0.5 + 100, 80 / 0.8 - 20]])
+
+
+def test_ends_of_a_line_are_anchors_by_their_own_names():
+    """The lower of two that stay, both at one height; from and to as they were drawn."""
+    line = {"length": 30.0, "line_density": 5.0, "axial_stiffness": 1e6}
+    for low, high, expected in (
+        ([0.0, 0, -9.0], [20.0, 0, -1.0], {"one.from": [(0, 0)]}),
+        ([0.0, 0, -1.0], [20.0, 0, -9.0], {"one.to": [(0, 1)]}),
+        ([0.0, 0, -5.0], [20.0, 0, -5.0], {"one.from": [(0, 0)], "one.to": [(0, 1)]}),
+    ):
+        scene = load_scene({"cable": [line | {"name": "one", "from": low, "to": high}]})
+        assert anchors_of(scene.network) == expected

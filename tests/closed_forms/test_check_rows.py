@@ -5,6 +5,7 @@ API and DNV by hand, T_n = 2/n int sqrt(m/T) ds of catenaries in closed form.
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from alone import solve_static
 from scipy.integrate import quad
 
 from dolfbuoy import load_scene
-from dolfbuoy.check import check, derived
+from dolfbuoy.check import check, derived, potential_flow, radiation
+from dolfbuoy.check.buoys import buoys_of
 from dolfbuoy.check.lines import lines_of
+from dolfbuoy.check.report import Report
 from dolfbuoy.scene.network import Network
 
 G, RHO = 9.81, 1025.0
@@ -235,3 +238,49 @@ def test_the_middle_of_the_anchors_whichever_way_lines_were_drawn():
     offset, unit, _ = rows["equilibrium: offset of C from the middle of its anchors"]
     assert (offset, unit) == (pytest.approx(math.hypot(x - 2.0, y - 2.0)), "m")
     assert rows["equilibrium: C above still water"][0] == pytest.approx(z)
+
+
+def test_periods_of_a_line_with_growth():
+    """m heavier + C_A rho A thicker^2, and the tension that its weight leaves."""
+    table = [[-60.0, 1.5, 1.2], [0.0, 1.5, 1.2]]
+    line = {"length": 40.0, "line_density": 15.0, "diameter": 0.05, "axial_stiffness": 5e9, "added_mass": 0.8}
+    line |= {"elements": 16, "marine_growth": table, "anchor": [0.0, 0.0, -50.0]}
+    line["top"] = {"kind": "free", "force": [0.0, 0.0, 2e4]}
+    report = check(load_scene({"sea": {"depth": 60.0}, "cable": line}))
+    area = math.pi * 0.05**2 / 4
+    w = G * (15.0 * 1.2 - RHO * area * 1.5**2)
+    mass = 15.0 * 1.2 + 0.8 * RHO * area * 1.5**2
+    travel = quad(lambda s: math.sqrt(mass / (2e4 - w * (40.0 - s))), 0, 40)[0]
+    for n in (1, 2):
+        assert report.periods[f"cable, transverse {n} (taut, fixed ends)"] == pytest.approx(2 * travel / n, rel=1e-3)
+
+
+@pytest.mark.parametrize(("error", "inconsistent", "said"), [(0.019, 0.09, 0), (0.021, 0.09, 1), (0.019, 0.11, 1)])
+def test_what_is_said_of_a_memory(monkeypatch, error, inconsistent, said):
+    """An error of twice what is good enough, damping and added mass that differ by a tenth of the largest kernel."""
+    scale = potential_flow.ENOUGH / 0.01
+    states = SimpleNamespace(error=error * scale, order=6, inconsistent=inconsistent)
+    monkeypatch.setattr(potential_flow, "states_of", lambda *_: (states, states))
+    report = Report([])
+    potential_flow._memory(None, SimpleNamespace(section=None), report)
+    assert len(report.warnings) == 2 * said
+    assert [row[:2] for row in report.numbers] == [
+        ("states of the radiation memory of heave", 6.0),
+        ("states of the radiation memory of a vertical plane", 6.0),
+    ]
+    word = f"{100 * error * scale:.2g} %" if error > 0.02 else f"{100 * inconsistent:.2g} %"
+    assert all(word in sentence for sentence in report.warnings)
+
+
+@pytest.mark.parametrize(("own", "said"), [(2.0, 1), (1.4, 0), (0.6, 1), (1.0, 0)])
+def test_a_hull_that_is_no_cylinder(monkeypatch, own, said):
+    """A draft of 1 m of the cylinder is 0.67 to 1.5 times that of the hull, or its share is told."""
+    found = SimpleNamespace(cylinder=SimpleNamespace(draft=1.0, radius=1.0), draft=own)
+    monkeypatch.setattr(radiation, "estimate", lambda *_: found)
+    buoy = {"hull": [[0.0, 3.0], [1.2, 3.0]], "mass": 3000.0, "center_of_mass": 0.6, "wave_damping": "radiation"}
+    scene = load_scene({"sea": {"depth": 40.0}, "buoy": buoy})
+    report = Report([])
+    radiation.of_shapes(scene, buoys_of(scene), report)
+    words = [text for text in report.warnings if "The hull is no cylinder" in text]
+    assert len(words) == said
+    assert all(f"has {1 / own:.2g} of its draft" in text for text in words)

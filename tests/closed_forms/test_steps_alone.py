@@ -11,7 +11,8 @@ import pytest
 from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
-from dolfbuoy import load_scene
+from dolfbuoy import linear_api, load_scene
+from dolfbuoy.linear.layout import MOTION, Body
 from dolfbuoy.linear.moving import Motions, Moving
 from dolfbuoy.linear.seaway import Response
 from dolfbuoy.results.places import _nodes
@@ -131,3 +132,43 @@ def test_pairs_come_by_their_size():
     np.testing.assert_allclose(-pairs.roots.real / np.abs(pairs.roots), zeta[:4], atol=1e-9)
     assert [int(np.abs(x).argmax()) for x in pairs.vectors.T] == [int(np.flatnonzero(order == k)[0]) for k in range(4)]
     assert not pairs.zero.any()
+
+
+def test_poses_of_a_body():
+    """Changes of its state by six motions: momenta of speeds as large, half turns of its quaternion."""
+    inertia = np.array([[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]])
+    q = np.array([0.5, -0.5, 0.7, 0.1])
+    q /= np.linalg.norm(q)
+    body = Body("buoy", np.arange(13), np.zeros(3), q, 7.0, inertia)
+    x = body.poses()
+    np.testing.assert_allclose(body.motion(x), np.eye(6), atol=1e-12)
+    np.testing.assert_allclose(x[MOTION.slices["momentum"]], np.hstack([7 * np.eye(3), np.zeros((3, 3))]))
+    np.testing.assert_allclose(x[MOTION.slices["angular_momentum"]], np.hstack([np.zeros((3, 3)), inertia]))
+    np.testing.assert_allclose(body.arms, [1, 1, 1, *[math.sqrt(7 / 12)] * 3])
+    moving = Moving.__new__(Moving)
+    moving.bodies = [body]
+    still = moving.at_rest(x)
+    for name in ("momentum", "angular_momentum"):
+        assert not still[MOTION.slices[name]].any()
+    np.testing.assert_allclose(body.motion(still), np.eye(6), atol=1e-12)
+    assert x[MOTION.slices["momentum"]].any()
+
+
+def test_as_many_modes_that_oscillate_as_were_asked_for(monkeypatch):
+    """More are looked for until there are, and no more are given."""
+    asked, given = [], []
+    kinds = ["drifts", "oscillates", "overdamped", "oscillates", "oscillates", "oscillates", "drifts", "oscillates"]
+
+    def lowest(found, count, direction):
+        asked.append(count)
+        return [SimpleNamespace(kind=kind, k=k) for k, kind in enumerate(kinds[:count])]
+
+    found = SimpleNamespace(destroy=lambda: None)
+    monkeypatch.setattr(linear_api, "linearise", lambda *_: found)
+    monkeypatch.setattr(linear_api, "lowest_modes", lowest)
+    monkeypatch.setattr(linear_api, "dataset_of_modes", lambda _, chosen: given.append([m.k for m in chosen]) or "all")
+    linear_api.modes("short", 3, comm=MPI.COMM_SELF, oscillating=True)
+    assert asked == [3, 6]
+    assert given.pop() == [1, 3, 4]
+    linear_api.modes("short", 3, comm=MPI.COMM_SELF)
+    assert given.pop() == [0, 1, 2]

@@ -107,6 +107,18 @@ def test_a_rod_that_is_hung_is_a_bar():
     assert said == ["line 14: rod1 is a bar here: a cable of one element that does not stretch"]
 
 
+def test_the_free_end_of_a_bar_is_a_joint_too():
+    """Also where no line ends on it."""
+    text = written(
+        RODS=["1 steel Free -3 0 -20 3 0 -20.5 10 -"],
+        POINTS=["1 Fixed -5 0.5 0.25 0 0 0 0"],
+        LINES=["1 rope 1 R1A 20 20 -"],
+    )
+    scene, _ = read(text)
+    assert [joint["name"] for joint in scene["joint"]] == ["rod1a", "rod1b"]
+    assert [cable["name"] for cable in scene["cable"]][-1] == "rod1"
+
+
 def test_a_rod_that_floats_upright_is_a_buoy():
     """Three lines to its lower end; what it displaces is its mass and the pull of the lines."""
     legs = [(-60.0, 0.0), (30.0, 30 * math.sqrt(3)), (30.0, -30 * math.sqrt(3))]

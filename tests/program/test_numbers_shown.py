@@ -142,6 +142,27 @@ def test_figures_of_statistics(found):
     location, scale = found.tension_top_gumbel_location.item(), found.tension_top_gumbel_scale.item()
     x, y = line.get_xydata().T
     np.testing.assert_allclose(1000 * x, location + scale * y)
+    rise = math.log(10800 / LENGTH)  # of the most probable value, which stands on the line
+    np.testing.assert_allclose(y, [reduced[0], max(reduced[-1], rise)])
+    (bar,) = statistics_figures.extremes(found).axes[0].containers
+    np.testing.assert_allclose(bar[0].get_xydata(), [[(location + scale * rise) / 1000, rise]])
+    (reach,) = bar[2][0].get_segments()
+    np.testing.assert_allclose(1000 * reach[:, 0], found.tension_top_most_probable.values[0, 0, 1:])
+
+
+def test_the_figure_of_circles():
+    """Corners of the tracks of each set, its circle and its middle; the legend has the radius."""
+    data = {
+        f"circle_{part}": (("set", "buoy"), [[value]]) for part, value in (("x", 3.0), ("y", -1.0), ("radius", 2.5))
+    }
+    data |= {f"corner_{axis}": ("corner", np.array(x)) for axis, x in (("x", [1.0, 5.0, 3.0]), ("y", [0.0, 1.0, -3.0]))}
+    data["corner_set"] = "corner", np.zeros(3, dtype=int)
+    (axes,) = statistics_figures.circle(xr.Dataset(data)).axes
+    (patch,) = axes.patches
+    assert (patch.center, patch.radius, patch.get_label()) == ((3.0, -1.0), 2.5, "radius 2.5 m")
+    corners, middle = axes.lines
+    np.testing.assert_allclose(corners.get_xydata(), [[1, 0], [5, 1], [3, -3]])
+    np.testing.assert_allclose(middle.get_xydata(), [[3, -1]])
 
 
 def test_peaks_and_ranges_of_several_lines_are_their_own():

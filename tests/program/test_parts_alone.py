@@ -4,6 +4,7 @@ Source: the same numbers by hand; the words that a user reads.
 """
 
 import importlib
+import os
 import shlex
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,6 +24,7 @@ from dolfbuoy.commands.shared import default_folder
 from dolfbuoy.coupling import names
 from dolfbuoy.errors import SolveError
 from dolfbuoy.formats.names import Names
+from dolfbuoy.model.structure import structure_of
 from dolfbuoy.parallel.cases import _claim
 from dolfbuoy.results import folder as folders
 from dolfbuoy.results.compare import Reference
@@ -38,6 +40,7 @@ calibration, uncertainty = (
     importlib.import_module(f"dolfbuoy.sensitivity.{n}") for n in ("calibration", "uncertainty")
 )
 Measured, snapshot = calibration.Measured, importlib.import_module("dolfbuoy.results.snapshot")
+surroundings = importlib.import_module("dolfbuoy.elsewhere")
 
 # -- results -----------------------------------------------------------------------------------------------------------
 
@@ -242,6 +245,32 @@ def test_a_scene_that_was_edited_is_not_replaced(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"scene\.toml would be replaced"):
         folders.go_on(tmp_path, first)
     assert (tmp_path / "scene.toml").read_text().endswith("# mine")
+
+
+@pytest.mark.parametrize("started", ["PMIX_RANK", "PMI_RANK", None])
+def test_settings_of_a_process_alone(monkeypatch, started):
+    """Only of one that mpirun or srun did not start, and not beside the user's own."""
+    for name in ("PMIX_RANK", "PMI_RANK", *surroundings._ALONE):
+        monkeypatch.delenv(name, raising=False)
+    if started:
+        monkeypatch.setenv(started, "0")
+    monkeypatch.setenv("OMPI_MCA_pml", "mine")
+    with surroundings._alone():
+        there = {name: os.environ.get(name) for name in surroundings._ALONE}
+    expected = dict.fromkeys(there) if started else dict(surroundings._ALONE)
+    assert there == expected | {"OMPI_MCA_pml": "mine"}
+    assert not (surroundings._ALONE.keys() - {"OMPI_MCA_pml"}) & os.environ.keys()
+
+
+def test_a_winch_is_of_another_structure():
+    """Scenes that one problem serves one after the other either have it or not."""
+    line = {"length": 10.0, "line_density": 1.0, "axial_stiffness": 1e5, "anchor": [0, 0, 0]}
+    line["top"] = {"kind": "fixed", "position": [0, 0, 9.0]}
+    scenes = [load_scene({"cable": line | more}) for more in ({}, {"winch": [[0.0, 10.0], [9.0, 12.0]]})]
+    scenes.append(load_scene({"cable": line | {"winch": [[0.0, 10.0], [5.0, 11.0]]}}))
+    plain, wound, other = map(structure_of, scenes)
+    assert plain != wound
+    assert wound == other
 
 
 # -- sessions and files of others --------------------------------------------------------------------------------------

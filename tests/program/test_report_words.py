@@ -104,6 +104,8 @@ def test_the_conclusion_names_what_is_closest():
         Verdict("lean", "buoy", 5.0, 20.0, "deg"),
     ]
     assert "All 3 criteria are met; freeboard is the closest (met, 10 % left)." in report._conclusion(scene, judged)
+    near = [*judged, Verdict("tension", "line", 9800.0, 1e4, "N")]  # 200 N, but 2 %
+    assert "tension is the closest (met, 2 % left)." in report._conclusion(scene, near)
     calm = [Verdict("no uplift of anchors", "a", -5.0, 0.0, "N")]
     assert "All 1 criteria are met." in report._conclusion(scene, calm)
     missed = [*judged, Verdict("offset of the other", "right", 12.0, 10.0, "m")]
@@ -173,8 +175,8 @@ def test_extremes_of_all_cases():
     assert [row[0] for row in cells(report._extremes(empty, []))[1:]] == ["cone angle"]
 
 
-@pytest.mark.parametrize("names", [["line"], ["fore", "aft"]])
-def test_figures_are_of_the_first_line(names, monkeypatch):
+@pytest.mark.parametrize(("names", "governs"), [(["line"], "line"), (["fore", "aft", "port"], "aft")])
+def test_figures_are_of_the_line_with_the_largest_tension(names, governs, monkeypatch):
     """Named where there are several."""
     asked = []
     assert figures.FIGURES is style.FIGURES
@@ -185,7 +187,15 @@ def test_figures_are_of_the_first_line(names, monkeypatch):
 
     draw.part = "cable"
     monkeypatch.setattr(style, "FIGURES", {"tension": draw})
-    shown = list(report._of_run(xr.Dataset({"tension_top": ("cable", np.ones(len(names)))}, {"cable": names}), SCENE))
-    more = f" {names[0]}" if len(names) > 1 else ""
-    assert shown == [(f"Tension at both ends of the line{more}.", "drawn")]
-    assert asked == [{"cable": names[0]}]
+    tension = np.array([[5.0, 1.0, 3.0], [4.0, 7.0, 6.0]])[:, : len(names)]
+    record = xr.Dataset({"tension_top": (("time", "cable"), tension)}, {"cable": names})
+    more = f": {governs}" if len(names) > 1 else ""
+    assert list(report._of_run(record, SCENE)) == [(f"Tension at both ends of the line{more}.", "drawn")]
+    assert asked == [{"cable": governs}]
+    if len(names) > 1:
+        known = {"c": record.tension_top, "a": record.tension_top.where(record.cable != "aft")}
+        assert [report._governing(xr.Dataset({"tension_top": x}), "cable", names) for x in known.values()] == [
+            "aft",
+            "port",
+        ]
+        assert report._governing(xr.Dataset(), "cable", names) == "fore"
