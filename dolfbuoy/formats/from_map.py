@@ -40,8 +40,11 @@ def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[di
         elif words[0].lower() not in ("option", "(-)"):
             notes.append(Note(f"the option {' '.join(words)} is not carried over", number))
     plain = "\n".join(_plain(line, number, depth) for number, line in enumerate(lines, 1))
-    friction, said = _friction(plain)
-    scene, more = from_moordyn.scene_of(plain, title, depth=depth)
+    try:
+        friction, said = _friction(plain)
+        scene, more = from_moordyn.scene_of(plain, title, depth=depth)
+    except InputError as error:
+        raise InputError(str(error).replace("MoorDyn", "MAP++")) from None
     left = "the columns Can", "the column CB", "LINES has no"
     more = [replace(n, text=n.text.replace("MoorDyn", "MAP++")) for n in more if not n.text.startswith(left)]
     if "seabed" in scene:

@@ -63,7 +63,8 @@ def read_yaml(text: str) -> Any:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = f"line {mark.line + 1}: " if mark else ""
-        raise InputError(f"{place}this is no YAML: {getattr(error, 'problem', None) or error}.") from None
+        why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
+        raise InputError(f"{place}this is no YAML: {why}.") from None
     except RecursionError:
         raise InputError("this YAML is nested too deeply.") from None
 

@@ -93,7 +93,7 @@ def potential_flow_of(value: Any) -> Any:
     path = file_of(value, "a table, or the name of a netCDF file")
     check_netcdf(path)
     try:
-        with xr.open_dataset(path) as data:
+        with xr.open_dataset(path, engine="netcdf4") as data:
             return _read(data)
     except ValueError:
         raise

@@ -225,6 +225,7 @@ def test_any_change_of_a_file_of_moordyn(tmp_path):
         ("a: &a [1]\nb: [*a, *a]\n", "aliases"),
         ("!!python/object/apply:os.system ['true']\n", "this is no YAML"),
         ("[" * 5000, "YAML"),
+        ("\x04", "this is no YAML: special characters are not allowed."),
         ("mooring: {points: [1], lines: [1], line_types: [1]}\n", "is no table"),
         ("x: 1\n", "no file of MoorPy or RAFT"),
         ("points: [{name: a}, {name: a}]\nlines: [{name: a}]\nline_types: [{name: a}]\n", "points: 'a' is given twice"),

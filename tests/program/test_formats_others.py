@@ -91,6 +91,11 @@ def test_what_is_said_of_a_file_of_map(change, words):
         assert any(str(note).startswith(words) for note in from_map.scene_of(MAP.replace(*change), depth=151.0)[1])
 
 
+def test_what_is_no_file_of_map():
+    with pytest.raises(InputError, match=r"this is no input file of MAP\+\+\.$"):
+        from_map.scene_of("")
+
+
 def test_the_depth_of_map_is_asked_for():
     with pytest.raises(InputError, match=r"line 9: depth is that of the program that calls MAP.*give --depth METRES"):
         from_map.scene_of(MAP)

@@ -86,6 +86,14 @@ def test_files_that_are_refused(change, said, tmp_path):
         scene_of("truncated_cylinder", potential_flow=str(tmp_path / "changed.nc"))
 
 
+def test_a_file_that_is_no_netcdf(tmp_path):
+    (tmp_path / "text.nc").write_text("no netCDF")
+    with pytest.raises(
+        InputError, match=r"must be a netCDF file of Capytaine \(\[Errno -51\] NetCDF: Unknown file format"
+    ):
+        scene_of("truncated_cylinder", potential_flow=str(tmp_path / "text.nc"))
+
+
 def test_a_scene_names_a_file_of_its_own_folder_only(tmp_path):
     scene = '[sea]\ndepth = 20.0\n[buoy]\nhull = [[0.0, 2.0], [1.6, 2.0]]\nmass = 2576.1\npotential_flow = "{}"\n'
     (tmp_path / "own").mkdir()
