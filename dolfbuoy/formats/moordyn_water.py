@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..model.sea import heading, main_propagation, velocity_at
+from ..model.varying import varies
 
 if TYPE_CHECKING:
     from ..scene.network import Network
@@ -54,6 +55,8 @@ def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[d
     if scene.current:
         found["Currents"] = 1
         files["current_profile.txt"] = _current(scene, scene.current, depth)
+        if varies(scene.current):
+            note("current: MoorDyn's is steady, that of t = 0")
     return found, files
 
 
@@ -102,8 +105,8 @@ def _grid(scene: Scene, network: Network, waves: Waves, depth: float) -> str:
     are not half a wave length down; where a line goes beyond, no wave is felt.
     """
     wave = 2 * math.pi / main_propagation(scene).wavenumber
-    tops = [end.top for piece in network.pieces for end in piece.ends if end.held]
-    places = [np.array(top.position) for top in tops if top]
+    ends = (end for piece in network.pieces for end in piece.ends if end.held or end.is_on_sinker)
+    places = [np.array(end.position) for end in ends]
     starts = [buoy.initial for buoy in network.buoys.values()]
     buoys = [np.array(start.buoy_position) for start in starts if start and start.buoy_position]
     if buoys:

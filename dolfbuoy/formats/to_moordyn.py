@@ -182,6 +182,9 @@ class _Writer:
             if moved:
                 self.driven.append(top)
             return ("Coupled" if moved else "Fixed", *(top.position or ()), *none)
+        if end.is_on_sinker:
+            self.note("anchor.drags: a point of MoorDyn has no friction, so that the sinker is fixed")
+            return ("Fixed", *(end.position or ()), *none)
         if end.kind == "buoy":
             buoy = self.network.buoys[name]
             place = (buoy.fairleads or {})[end.fairlead] if end.fairlead else (0.0, 0.0, buoy.mooring_height)

@@ -123,9 +123,9 @@ def check_smooth(found: Linearisation) -> None:
     for line in found.lines:
         cosines = (line.tangents[1:] * line.tangents[:-1]).sum(axis=1)
         if cosines.min(initial=1.0) < np.cos(np.radians(KINK)):
-            s = line.s[1 + int(cosines.argmin())]
+            s, article = line.s[1 + int(cosines.argmin())], "" if len(found.lines) > 1 else "the "
             raise InputError(
-                f"At rest {line.name if len(found.lines) > 1 else f'the {line.name}'} is kinked at s = {s:.4g} m, where it turns by "
+                f"At rest {article}{line.name} is kinked at s = {s:.4g} m, where it turns by "
                 f"{np.degrees(np.arccos(np.clip(cosines.min(), -1, 1))):.0f} degrees from one piece to the next: its "
                 "fold is finer than its elements, and its modes would be those of the elements; take more of them."
             )

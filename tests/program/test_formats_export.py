@@ -228,6 +228,17 @@ def test_what_has_no_place_is_said():
         assert sum(note.startswith(words) for note in said) == 1, words
 
 
+def test_a_sinker_that_drags_is_fixed_and_a_current_steady():
+    """Also where nothing else is held, of which the table of a wave in space is made."""
+    cable = ROPE | {"anchor": [1.0, 2.0, -31.0], "to": "float"}
+    sinker = {"weight": 1e3, "friction": 0.5, "density": 2000.0, "drags": True}
+    current = {"speed": 0.5, "over_time": [[0.0, 1.0, 0.0], [9.0, 2.0, 0.0]]}
+    tables, _, said, _ = exported({"cable": cable, "joint": None, "anchor": sinker, "current": current} | WAVE)
+    assert tables["POINTS"][0][1:5] == ["Fixed", 1.0, 2.0, -31.0]
+    for words in ("anchor.drags", "current: MoorDyn's is steady"):
+        assert sum(note.startswith(words) for note in said) == 1, words
+
+
 WAVE = {"waves": {"amplitude": 0.7, "period": 4.0, "direction_deg": 30.0, "phase_deg": 60.0}}
 
 
