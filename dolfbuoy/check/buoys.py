@@ -10,6 +10,7 @@ from ..model.feasible import hanging_weight
 from ..model.problem import Problem
 from ..model.rigid import Floating, MassProperties, float_upright, mass_properties, shape_of, weight_per_length
 from ..parallel.ranks import bcast
+from ..results.tables import newtons
 from ..roots import brentq
 from ..scene import Scene
 from ..scene.buoy import Buoy
@@ -128,7 +129,7 @@ def of_buoys(depth: float, buoys: Iterable[Upright], report: "Report") -> None:
             about.add(f"GM {buoy.how}", buoy.GM, "m", lever)
         about.warn(
             buoy.drowned,
-            f"All of the hull is under water, held there with {buoy.spare:.4g} N: its lines are too short or too "
+            f"All of the hull is under water, held there with {newtons(buoy.spare)}: its lines are too short or too "
             f"heavy for {depth:.4g} m of water.",
         )
         heels = "only its lines right it" if buoy.righted else "the upright buoy is unstable and heels over"

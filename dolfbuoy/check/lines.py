@@ -16,6 +16,7 @@ from ..model.surfacing import surfacing
 from ..results.cautions import PULSES
 from ..results.running import Utilisation, never_parted, stressed
 from ..results.summary import UNSEEN
+from ..results.tables import newtons
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.network import Network
@@ -133,7 +134,7 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
     smallest = problem.smallest_tension(of_rods=False)
     report.warn(  # a slack rope has none
         smallest < -ROUNDING * problem.typical_force,
-        f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).",
+        f"The equilibrium has compressed elements (smallest tension {newtons(smallest)}).",
     )
     if problem.lines.bed is not None:
         _on_bed(problem, report)
@@ -171,7 +172,10 @@ def _stretched(pull: float, stiffness: float, of: str) -> str:
     """Warning of a pull at an end [N] beyond what an axial stiffness was given for; of: " of NAME"."""
     if isinstance(stiffness, TensionTable):
         last = stiffness.rows[-1][1]
-        beyond, what = pull > last, f"has {pull:.4g} N, beyond the {last:.4g} N of the last row of axial_stiffness"
+        beyond, what = (
+            pull > last,
+            f"has {newtons(pull)}, beyond the {newtons(last)} of the last row of axial_stiffness",
+        )
     else:
         stretch = 100 * pull / stiffness
         beyond, what = (

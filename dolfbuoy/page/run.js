@@ -75,12 +75,13 @@ function makeLegend() {
 function makePanels(player) {
   const host = byId("panels");
   const chosen = { line: null, buoy: null };
+  const whole = (v) => (Math.abs(v) < 1e-9 ? 0 : v); // rounding is not drawn
   const made = data.panels.map((panel) => {
     const curves = panel.curves.map((curve, i) => ({
       name: curve.name,
       x: times,
-      exact: unpack(curve.values),
-      y: unpack(curve.values).map((v) => v * panel.factor),
+      exact: unpack(curve.values).map(whole),
+      y: unpack(curve.values).map((v) => whole(v) * panel.factor),
       style: `c${i}`,
     }));
     const box = element("div", { class: "panel" });

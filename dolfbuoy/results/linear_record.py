@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .labelled import PARTS, Variable, complex_of, labelled
 from .observe import attributes
 from .parts import names_of
+from .tables import newtons
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -127,8 +128,8 @@ def warnings(dataset: xr.Dataset) -> list[str]:
     for name, one in each_tension(dataset):
         if "tension_std" in one and 3 * one.tension_std.item() > one.tension_mean.item():
             found.append(
-                f"{name}: three standard deviations, {3 * one.tension_std.item():.4g} N, are more than the mean, "
-                f"{one.tension_mean.item():.4g} N: the line goes slack in this sea, which is not linear."
+                f"{name}: three standard deviations, {newtons(3 * one.tension_std.item())}, are more than the mean, "
+                f"{newtons(one.tension_mean.item())}: the line goes slack in this sea, which is not linear."
             )
         if "rao_drag_tension" in one:
             half = dataset.attrs["height_m"] / 2 * np.abs(complex_of(one.rao_drag_tension))

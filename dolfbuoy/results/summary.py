@@ -22,7 +22,7 @@ from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
 from .running import maximum, minimum, never_parted, rows_of, warnings_of
 from .series import LASTING, Series, mean_over_time
-from .tables import force_unit, unit_of
+from .tables import NOTHING, force_unit, newtons, plain, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -144,12 +144,13 @@ def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
 
 def _static_row(what: str, values: NDArray[Any], unit: str) -> tuple[str, str, str]:
     unit, factor = unit_of(values, unit)
-    return what, " ".join(f"{factor * v:.6g}" for v in values.ravel()), unit
+    shown = np.where(np.abs(values) < NOTHING, 0.0, factor * values)
+    return what, " ".join(f"{v:.6g}" for v in shown.ravel()), unit
 
 
 def _range(name: str, values: ArrayLike, unit: str, scale: float = 1.0) -> tuple[str, str, str]:
     """Row of `summary` of least and largest values."""
-    return name, f"{float(np.min(values)) * scale:.4g} ... {float(np.max(values)) * scale:.4g}", unit
+    return name, f"{plain(float(np.min(values)) * scale)} ... {plain(float(np.max(values)) * scale)}", unit
 
 
 _OF_BENDING = "anchor_moment", "end_moment", "min_bend_radius", "bend_utilisation"
@@ -328,7 +329,7 @@ def _compressed(record: xr.Dataset, sections: list[Cable]) -> list[str]:
     where = _places(record, pressed) if pressed.any() else "the element at the anchor"
     when = "was compressed at times" if "time" in record.dims else "is compressed in this equilibrium"
     return [
-        f"The cable {when} (smallest tension {smallest:.4g} N; {where}): a rope would go slack, see cable.slack = "
+        f"The cable {when} (smallest tension {newtons(smallest)}; {where}): a rope would go slack, see cable.slack = "
         "'tension-only'."
     ]
 

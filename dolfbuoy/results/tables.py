@@ -99,6 +99,22 @@ def unit_of(values: Any, unit: str) -> tuple[str, float]:
     return force_unit(values) if unit == "N" else (unit, 1.0)
 
 
+#: Numbers below this are rounding, of metres, degrees and newtons.
+NOTHING = 1e-9
+
+
+def plain(x: float) -> str:
+    """A number with four digits, of large ones no exponent; what is only rounding is 0."""
+    text = f"{x:.4g}" if abs(x) >= NOTHING else "0"
+    return f"{float(text):.0f}" if "e+" in text and abs(x) < 1e15 else text
+
+
+def newtons(force: float) -> str:
+    """A force [N] in words, in N or kN."""
+    unit, factor = force_unit([force])
+    return f"{plain(factor * force)} {unit}"
+
+
 def groups(rows: list[dict[str, Any]], *keys: str) -> dict[Any, list[dict[str, Any]]]:
     """Rows by their value of a key, by their values of several, in the order in which these come."""
     found: dict[Any, list[dict[str, Any]]] = {}

@@ -57,7 +57,7 @@ def test_a_cable_that_drowns_the_hull(length):
     cable = {"length": length, "line_density": 31.0, "diameter": 0.09, "axial_stiffness": 4e6}
     found = said_of({"sea": {"depth": 24.0, "density": 1019.0}, "cable": cable, "buoy": FLOAT}, "under water, held")
     spare = (1019.0 * 2 * math.pi - 500.0) * G
-    words = f"All of the hull is under water, held there with {spare:.4g} N: its lines are too short"
+    words = f"All of the hull is under water, held there with {spare / 1000:.4g} kN: its lines are too short"
     assert len(found) == (length < 20)
     assert all(sentence.startswith(words) and "24 m of water" in sentence for sentence in found)
 
