@@ -292,7 +292,7 @@ def test_what_a_response_is_warned_of():
     """Three standard deviations, and half the height, above the mean."""
     anchor = made_up_response()
     sea, waves = linear_record.warnings(anchor)
-    assert "tension_top: three standard deviations, 3900 N, are more than the mean, 3500 N" in sea
+    assert "tension_top: three standard deviations, 3.9 kN, are more than the mean, 3.5 kN" in sea
     assert "in waves of 3 m the amplitude is more than the mean at 8 s:" in waves  # 1.5 x 0.9 x 3000 N, not 2000 N
 
 
