@@ -15,7 +15,7 @@ from ..forms import cable as form
 from ..forms.kinds import Expr
 from ..scene import Scene
 from ..scene.cable import Cable, Top
-from ..scene.stiffness import TensionTable, kinks_of
+from ..scene.stiffness import kinks_of
 from ..solver import compat
 from ..solver.system import System
 from ..solver.tension_only import OneSidedRows
@@ -162,7 +162,7 @@ class Lines(Layout, Masses):
         if self.moment_dofs is not None:
             self._bending(number)
         self.gravity = self.constants.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
-        self._loads, self._powers = self._called(self.where), self._called("line_power")
+        self._loads, self.powers = self._called(self.where), self._called("line_power")
         self._surfaces = bool(effects.called_by(self.scene, "line_wet"))
         self.end_loads = {}
         for k, piece in enumerate(self.pieces):
@@ -246,45 +246,6 @@ class Lines(Layout, Masses):
         degree = self.dx.metadata()["quadrature_degree"]
         points = on_line(self.mesh, degree, self.w, (places, self.node_s[blocks]))
         return [self.sea.kinematics.add(points)]
-
-    def material_powers(self) -> list[tuple[effects.Effect, Expr]]:
-        """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
-        r, T, e, r_t, _ = self.kinematics()
-        taut = partial(form.taut_damping_power, r=r, T=T, e=e, r_t=r_t)
-        return [(effect, self._or_taut(effect.line_power(c, r, r_t), taut)) for effect, c in self._powers]
-
-    def elastic_energies(self) -> list[Expr]:
-        """Energies of stretching and of bending, per unstretched length [J/m] as UFL, for balances."""
-        r, T, e, r_t, _ = self.kinematics()
-        found = []
-        if e is not None:
-            found.append(self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r)))
-        if self.moment_dofs is not None:
-            m = ufl.split(self.w)[-1]
-            if self.bending_damping is not None:
-                m = bending.elastic_moment(m, self.EI, self.bending_damping, r, r_t)
-            found.append(bending.bending_energy(m, self.EI))
-        return found
-
-    def spring_energies(self) -> list[tuple[Expr, ufl.Measure]]:
-        """[(energy [J] as UFL, measure of its end)] of the springs at ends that nothing else turns."""
-        springs = [(k, i, t_0, spring) for (k, i), (t_0, spring) in self.clamps.items() if spring is not None]
-        m = ufl.split(self.w)[-1]
-        return [(bending.spring_energy(t_0, m, k, i), self.end_measure(n, i)) for n, i, t_0, k in springs]
-
-    def _or_taut(self, value, taut):
-        """The value of `taut` on damped lines of Hooke's law that go slack, where T is not that of the strain."""
-
-        def goes(c):
-            hooke = not isinstance(c.axial_stiffness, TensionTable) and math.isfinite(c.axial_stiffness)
-            return float(c.slack == "tension-only" and c.damping > 0 and hooke)
-
-        ropes = {goes(c) for c in self.sections}
-        if ropes == {0.0}:
-            return value
-        stiff = self.constants.per_cell(lambda c: c.axial_stiffness if goes(c) else 0.0)
-        rope, of_ropes = self.constants.per_cell(goes), taut(self.cable._replace(EA=stiff))
-        return of_ropes if ropes == {1.0} else rope * of_ropes + (1 - rope) * value
 
     def residual(self, test: Expr) -> ufl.Form:
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""

@@ -15,6 +15,7 @@ from dolfinx import fem
 from ..forms import cable as form
 from ..solver import compat
 from . import Array
+from .line_energy import elastic_energies
 
 if TYPE_CHECKING:
     from .lines import Lines
@@ -94,5 +95,5 @@ class Winch:
             self._rate = fem.Function(compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0)))
         r, T, e, r_t, _ = lines.kinematics()
         content = 0.5 * lines.cable.line_density * ufl.inner(r_t, r_t)
-        content += sum(lines.elastic_energies()) - ufl.inner(lines.weight()[0], r)
+        content += sum(elastic_energies(lines)) - ufl.inner(lines.weight()[0], r)
         return self._rate * (content - form.stretched(lines.cable, e, T))

@@ -15,6 +15,7 @@ from dolfinx import fem
 
 from ..forms import cable as cable_form
 from ..model import effects
+from ..model.line_energy import elastic_energies, material_powers, spring_energies
 from ..model.rigid import rotation_of
 from ..solver import compat
 from ..solver.unknowns import Contribution, Part
@@ -39,10 +40,10 @@ class Meter:
         self.simulation, self._forms = simulation, []
         for lines in simulation.problem.lines.groups if simulation.problem.lines else ():
             c, e = lines.cable, lines.kinematics()[2]
-            own = [("elastic", energy) for energy in lines.elastic_energies()]
-            own += [(effect.account, power) for effect, power in lines.material_powers()]
+            own = [("elastic", energy) for energy in elastic_energies(lines)]
+            own += [(effect.account, power) for effect, power in material_powers(lines)]
             own += [("winch", lines.winch.power())] if lines.winch else []
-            springs = [("elastic", *spring) for spring in lines.spring_energies()]
+            springs = [("elastic", *spring) for spring in spring_energies(lines)]
             springs += [
                 ("elastic", *a.clamp.energy()) for a in simulation.problem.attachments if self._sprung(a, lines)
             ]

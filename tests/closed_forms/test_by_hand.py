@@ -30,8 +30,8 @@ from dolfbuoy.model.airy import current_felt
 from dolfbuoy.model.contact import height_of_bed, plane
 from dolfbuoy.model.feasible import check_feasible, hanging_weight
 from dolfbuoy.model.growth import Growth
+from dolfbuoy.model.line_energy import or_taut
 from dolfbuoy.model.line_groups import LineGroups
-from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.masses import Masses
 from dolfbuoy.model.parting import Parting
 from dolfbuoy.model.prescribed_ends import overshoot
@@ -100,7 +100,7 @@ def test_energy_of_ropes_that_damp_beside_other_lines():
     sections = [Fake(axial_stiffness=100.0, slack=slack, damping=1.0) for slack in ("tension-only", "compressive")]
     constants = Fake(per_cell=lambda number: np.array([number(c) for c in sections]))
     lines = Fake(sections=sections, constants=constants, cable=form.Cable(1.0, None, None, None))
-    found = Lines._or_taut(lines, np.array([7.0, 8.0]), lambda cable: 2 * cable.EA)
+    found = or_taut(lines, np.array([7.0, 8.0]), lambda cable: 2 * cable.EA)
     assert found.tolist() == [200.0, 8.0]
 
 
