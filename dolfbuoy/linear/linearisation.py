@@ -17,10 +17,10 @@ from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI
 from ..errors import InputError
-from ..model.prescribed_ends import adrift_nowhere
+from ..model.prescribed_ends import adrift_nowhere, from_rest
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
-from ..scene.sections import Initial, Scene
+from ..scene.sections import Scene
 from ..scene.waves import Waves
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
@@ -77,7 +77,7 @@ def linearise(
     for a scene that has no equilibrium, SolveError if it is not found.
     """
     _refuse_tow(scene)
-    calm = (scene if scene.cable else adrift_nowhere(scene)).model_copy(update={"waves": None, "initial": Initial()})
+    calm = from_rest(scene if scene.cable else adrift_nowhere(scene)).model_copy(update={"waves": None})
     start = start_from(rest) if rest is not None else initial_state(calm, comm)
     regular = waves if waves and not waves.irregular else None
     flat = regular and regular.model_copy(update={"amplitude": 0.0, "height": None, "theory": "airy"})

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.cable import EndDirection, Top
+from ..scene.sections import Initial
 from ..scene.vessel import Riding, RidingDirection
 from ..solver.vector_ops import copies, work
 from . import Array
@@ -86,6 +87,13 @@ def adrift_nowhere(scene: Scene) -> Scene:
     absent = dict.fromkeys(("wind", "external_force"))
     buoys = [buoy.model_copy(update=absent) for buoy in scene.buoys]
     return scene.model_copy(update=absent | {"current": None, "buoy": buoys})
+
+
+def from_rest(scene: Scene) -> Scene:
+    """The scene without a start of its own, of the whole or of a buoy: it begins in its equilibrium."""
+    if any(buoy.initial for buoy in scene.buoys):
+        scene = scene.model_copy(update={"buoy": [b.model_copy(update={"initial": None}) for b in scene.buoys]})
+    return scene.model_copy(update={"initial": Initial()})
 
 
 def _towed(t, duration):

@@ -146,6 +146,16 @@ def test_what_is_said():
         alone.stiffness("driven")
 
 
+def test_a_start_of_its_own_is_no_equilibrium():
+    """A buoy whose own table says where its run begins has the matrices of its equilibrium."""
+    scene = {
+        key: value for key, value in MOORED.items() if key not in ("current", "external_force", "waves", "time", "wind")
+    }
+    begins = merged(scene, buoy__initial={"buoy_position": [3.0, 1.0, 0.4], "buoy_velocity": [1.0, 0.0, 0.0]})
+    found, known = (alone.stiffness(one, comm=MPI.COMM_SELF).total.values for one in (begins, scene))
+    np.testing.assert_allclose(found, known, atol=1e-7 * np.abs(known).max())
+
+
 # -- vessels --------------------------------------------------------------------------------------------------------
 
 POINTS = {"bow": [5.0, 1.0, -1.0], "port": [-4.0, 3.0, -0.5], "stern": [-5.0, 0.0, 0.5]}
@@ -192,6 +202,33 @@ def test_vessel_against_differences_of_equilibria(hawser):
         exact = (pulled(-step, **more) - pulled(step, **more)) / 2e-3
         np.testing.assert_allclose(K[:, axis], exact, atol=2e-5 * np.abs(K).max())
     assert np.abs(K[:3, :3] - K[:3, :3].T).max() < 1e-6 * np.abs(K).max()
+
+
+def test_spring_of_a_take_off_on_a_vessel():
+    """What a spring from the bow to a moored buoy, which follows, adds: differences of its force in equilibria."""
+    scene = on_vessel()
+    spring = {"from": [15.0, 0.0, -1.0], "to": "buoy", "stiffness": 400.0, "length": 2.0}
+    scene |= {
+        "take_off": spring | {"from": "ship.bow"},
+        "buoy": BUOY | {"initial": {"buoy_position": [12.0, 0.0, 0.0]}},
+    }
+    scene["cable"].append({**ROPE, "name": "stay", "from": [30.0, 0.0, -30.0], "to": "buoy", "length": 40.0})
+    with_spring = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)
+    alone_there = dolfbuoy.stiffness(on_vessel(), comm=MPI.COMM_SELF)
+    added = (with_spring.vessel_mooring - alone_there.vessel_mooring).values[0]
+    steps, pulls = (1e-3, -1e-3), []
+    for step in steps:
+        moved = scene | {"vessel": on_vessel(step * np.eye(6)[0])["vessel"]}
+        rest = dolfbuoy.solve_static(moved, comm=MPI.COMM_SELF)
+        bow = PLACE + POINTS["bow"] + [step, 0.0, 0.0]
+        buoy = rest.buoy_position.values[0]
+        turn = Rotation.from_quat(np.roll(rest.buoy_orientation.values[0], -1))
+        arm = turn.apply([0.0, 0.0, -BUOY["center_of_mass"]])
+        line = buoy + arm - bow
+        assert np.linalg.norm(line) == pytest.approx(rest.take_off_length.item(), rel=1e-9)
+        pulls.append(rest.take_off_tension.item() * line / np.linalg.norm(line))
+    exact = -(pulls[0] - pulls[1]) / (steps[0] - steps[1])
+    np.testing.assert_allclose(added[:3, 0], exact, atol=1e-4 * np.abs(exact).max())
 
 
 @pytest.mark.filterwarnings("ignore")  # MoorPy's own, of numpy and matplotlib

@@ -13,11 +13,11 @@ from ...errors import SolveError
 from ...linear.moving import Motions, axes_along, turn
 from ...linear.seaway import Seaway
 from ...linear.spectrum import small_waves
-from ...model.prescribed_ends import motion_of
+from ...model.prescribed_ends import from_rest, motion_of
 from ...model.sea import heading, wavenumber
 from ...scene import Scene
 from ...scene.cable import MOTION, Top
-from ...scene.sections import Initial, Time
+from ...scene.sections import Time
 from ...scene.waves import Waves
 from ...statics.catenary import Array
 from ..study import Row
@@ -81,7 +81,7 @@ def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[
 
 def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
     stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
-    return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
+    return from_rest(held_still(scene)).model_copy(update={"waves": waves, "time": stepping})
 
 
 def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
