@@ -15,7 +15,7 @@ from robustness.random_scenes import ranges
 from dolfbuoy import load_scene
 from dolfbuoy.model import effects
 from dolfbuoy.model.effects import Drawn, Effect
-from dolfbuoy.scene import Scene, network, quantities, reading, sections
+from dolfbuoy.scene import Scene, quantities, reading, sections, segments
 from dolfbuoy.scene.cable import Cable
 from dolfbuoy.scene.keys import list_keys
 from dolfbuoy.scene.lines import Line
@@ -38,8 +38,8 @@ def with_ground_drag(monkeypatch):
     line = create_model(
         "Line", __base__=Line, ground_drag=(quantities.Coefficient | None, sections.key("", default=None))
     )
-    monkeypatch.setattr(network, "Cable", cable)
-    monkeypatch.setattr(network, "PHYSICAL", (*network.PHYSICAL, "ground_drag"))
+    monkeypatch.setattr(segments, "Cable", cable)
+    monkeypatch.setattr(segments, "PHYSICAL", (*segments.PHYSICAL, "ground_drag"))
     cables = Annotated[list[line], BeforeValidator(sections._as_list)]
     monkeypatch.setattr(reading, "Scene", create_model("Scene", __base__=Scene, cable=(cables | None, None)))
     declared = Effect(
