@@ -136,6 +136,38 @@ def test_turns_and_waves_of_a_picture(window, tmp_path, page):
     assert np.reshape(heights, (2, 3)) == pytest.approx(0.5 * (1 - math.cos(math.pi / 4)) * eta)
 
 
+def test_a_camera_goes_along_with_a_buoy_and_labels_are_at_their_points(window, tmp_path, page):
+    """Seen from the side, the heading of the waves is to the right or to the left, and the eye is on the near side."""
+    opened(window, tmp_path, page)
+    asides, target, style, hidden = window.run(f"""(() => {{ {_with_imports("viewer")}
+        const made = (all) => Object.assign(Object.create(Viewer.prototype), {{ redraw: () => 0, ...all }});
+        const one = made({{ follow: 1, camera: {{ target: [1, 2, 3] }},
+            state: {{ buoys: [{{ at: [9, 9, 9] }}, {{ at: [4, 5, 6] }}] }} }});
+        one.show({{ buoys: [{{ at: [0, 0, 0] }}, {{ at: [4.5, 4, 8] }}] }});
+        const labels = [[3, 4, 5], null].map((node) => ({{ shown: {{ style: {{}} }}, node }}));
+        const named = made({{ labels, shown: {{ names: true }}, node: (place) => place,
+            painter: {{ project: (place) => place && [place[0] / 10, place[1] / 20] }} }});
+        named.placeLabels();
+        return [[0.3, 2, 4, 6].map((x) => one.aside(x)), one.camera.target, labels[0].shown.style,
+            labels.map((label) => label.shown.hidden)] }})()""")
+    for heading, azimuth in zip([0.3, 2, 4, 6], asides, strict=True):
+        assert math.sin(azimuth) < 0
+        assert math.cos(azimuth - heading) == pytest.approx(0, abs=1e-12)
+    assert target == [1.5, 1, 5]
+    assert style == {"left": "30%", "top": "20%"}
+    assert hidden == [False, True]
+
+
+def test_paper_is_light(window, tmp_path, page):
+    """Whatever the colours of the screen, which come back afterwards."""
+    opened(window, tmp_path, page)
+    worn = "document.documentElement.dataset.theme"
+    window.run("[1, 2].map(() => document.getElementById('theme').click())")
+    assert window.run(worn) == "dark"
+    assert window.run(f"(dispatchEvent(new Event('beforeprint')), {worn})") == "light"
+    assert window.run(f"(dispatchEvent(new Event('afterprint')), {worn})") == "dark"
+
+
 def test_a_picture_between_frames(window, tmp_path, page):
     """Nodes by cubics from positions and velocities: exact for a motion that is one."""
     opened(window, tmp_path, page)
@@ -191,6 +223,8 @@ def test_numbers_of_a_sweep(window, tmp_path):
     numbers = [value / (1 if name == "dominant_period" else 1000) for name, value in values.items()]
     assert shown == ["tension top", "kN", *map(short, numbers)]
     assert texts(window, "#chosen thead th")[2:] == ["least", "largest", "mean", "deviation", "period [s]"]
+    assert texts(window, "#chosen strong")[0] == "Case 3: "
+    assert texts(window, "#chosen pre")[0].endswith(" --out case-3")
     assert window.errors() == []
 
 
