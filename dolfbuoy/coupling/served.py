@@ -10,7 +10,8 @@ import numpy as np
 from ..errors import InputError, SolveError
 from ..scene import parse_assignment
 from .paths import Array, Pose
-from .session import Saved, Session
+from .saved import Saved
+from .session import Session
 
 #: End of the name of a length that is driven.
 WINCH = ".winch"

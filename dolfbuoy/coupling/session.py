@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -32,22 +32,10 @@ from . import names
 from .carried import Carried, vessels_of
 from .forces import Force, state_of
 from .paths import LARGEST, Array, BodyState, Path, Pose, Wrench, numbers_of
+from .saved import OWN, Saved, copied
 
 if TYPE_CHECKING:
     from ..scene import Scene
-
-#: What belongs to an instant besides the Simulation.
-_OWN = ("_series", "_required", "_targets")
-
-
-class Saved(NamedTuple):
-    """State of a Session at an instant, for `restore`."""
-
-    session: int
-    state: dict[str, Any]
-    assembled: int
-    own: dict[str, Any]
-    mark: dict[str, Any] | None
 
 
 class Session:
@@ -251,8 +239,8 @@ class Session:
     def save(self) -> Saved:
         """The present instant, in memory; any number of them may be kept as long as the session is open."""
         simulation = self.simulation
-        state = _copied(simulation.state())
-        own = {name: _copied(getattr(self, name)) for name in _OWN}
+        state = copied(simulation.state())
+        own = {name: copied(getattr(self, name)) for name in OWN}
         own["loads"] = simulation.system.loads.copy() if "loads" in vars(simulation.system) else 0.0
         own["functions"] = {name: force.function for name, force in self._forces.items()}
         own["paths"] = {name: dict(vars(path)) for name, path in self.paths.items()}
@@ -273,8 +261,8 @@ class Session:
         self.simulation.restore(state)
         if same:
             numbers.valid, numbers.kept = saved.state["newton"]["matrix"] is not None, False
-        for name in _OWN:
-            setattr(self, name, _copied(saved.own[name]))
+        for name in OWN:
+            setattr(self, name, copied(saved.own[name]))
         for name, path in self.paths.items():
             vars(path).update(saved.own["paths"][name])
         if "loads" in vars(self.simulation.system):
@@ -416,12 +404,3 @@ class Session:
         with self._open:
             if recorder is not None:
                 recorder.close()
-
-
-def _copied(tree: Any) -> Any:
-    """A copy of nested dicts and lists of arrays and numbers."""
-    if isinstance(tree, dict):
-        return {key: _copied(item) for key, item in tree.items()}
-    if isinstance(tree, list):
-        return [_copied(item) for item in tree]
-    return tree.copy() if isinstance(tree, np.ndarray) else tree
