@@ -8,13 +8,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from dynamics_helpers import rotation_matrix
 from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from dolfbuoy import linear_api, load_scene
 from dolfbuoy.linear.layout import MOTION, Body
 from dolfbuoy.linear.moving import Motions, Moving
+from dolfbuoy.linear.radiated import Radiated, _places
 from dolfbuoy.linear.seaway import Response
+from dolfbuoy.model.memory_fit import fitted
 from dolfbuoy.results.places import _nodes
 from dolfbuoy.scene.settings import Space
 from dolfbuoy.solver.quadratic import lowest_pairs
@@ -172,3 +175,32 @@ def test_as_many_modes_that_oscillate_as_were_asked_for(monkeypatch):
     assert given.pop() == [1, 3, 4]
     linear_api.modes("short", 3, comm=MPI.COMM_SELF)
     assert given.pop() == [0, 1, 2]
+
+
+def test_forces_of_radiated_waves_on_momenta():
+    """-K of the velocities of C and of the tip of the axis, whose forces turn about C; K need not be symmetric."""
+    inertia, q = np.array([[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]]), np.array([0.9, 0.3, -0.1, 0.3])
+    q /= np.linalg.norm(q)
+    body = Body("buoy", 2 + np.arange(13), np.zeros(3), q, 7.0, inertia)
+    made = Radiated.__new__(Radiated)
+    made.size, made._known = 16, [(_places(body), None)]
+    K = np.array([[5.0, 2.0, 0.0], [1.0, 3.0, 0.0], [0.0, 0.0, 4.0]]) * (1 + 0.5j)
+    x = np.random.default_rng(3).normal(size=16)
+    p, L = (x[getattr(body.at, name)] for name in ("momentum", "angular_momentum"))
+    d, v, omega = rotation_matrix(q)[:, 2], p / 7, np.linalg.solve(inertia, L)
+    tip = np.cross(omega, d)
+    on_C = [*(K[0, 0] * v[:2] + K[0, 1] * tip[:2]), K[2, 2] * v[2]]
+    on_tip = [*(K[1, 0] * v[:2] + K[1, 1] * tip[:2]), 0.0]
+    expected = np.zeros(16, dtype=complex)
+    expected[body.at.momentum], expected[body.at.angular_momentum] = on_C, np.cross(d, on_tip)
+    np.testing.assert_allclose(made._matrix([K]) @ x, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_memory_of_two_decays():
+    """K(s) = s/((s + 1)(s + 2)) has two rates without oscillations, which both stay."""
+    w = np.linspace(0.02, 12, 300)
+    s = 1j * w
+    K = s / ((s + 1) * (s + 2))
+    states = fitted(w, K.real[:, None, None], (K.imag / w)[:, None, None], order=2)
+    np.testing.assert_allclose(sorted(states.rate, key=lambda rate: rate.real), [-2, -1], rtol=0.02)
+    np.testing.assert_allclose(states.at(w)[:, 0, 0], K, atol=0.01 * K.real.max())
