@@ -207,7 +207,7 @@ def test_on_a_soft_bed(name):
 # -- limits that need no theory ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+@pytest.mark.parametrize("degree", [1, 2, 3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("strain_form", ["paper", "energy"])
 def test_balance_of_moments_and_turning(degree, strain_form):
     """To rounding, about any point, with the end moments t_b x m, on few elements; int m/EI ds is the turn of the
