@@ -305,6 +305,7 @@ MIXED = {
 }
 
 
+@pytest.mark.slow
 @needs_mpirun
 def test_two_ranks(tmp_path):
     done = start_scenes(2, {"mixed": MIXED}, tmp_path)

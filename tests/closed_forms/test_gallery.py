@@ -86,6 +86,7 @@ def test_spars_heave_is_that_of_a_spring():
     assert heave == pytest.approx(2 * math.pi * math.sqrt(mass / stiffness), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_disc_buoy_follows_the_surface():
     """Heave and the elevation where the buoy is have the same standard deviation: the waves are 20 times its radius."""
     found = alone.simulate("disc-buoy", time__end=100.0)

@@ -167,9 +167,10 @@ def test_every_line_of_a_network_is_pulled():
     assert (found.tension_anchor < 0.9 * free.tension_anchor).all()
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
-@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ranks", [2, 3])
 def test_pulled_on_ranks(ranks, tmp_path):
     """Lines, joints and a clump on the bed as on one rank, at rest and after a step."""
     scenes = {"legs": legs(), "clump": scene(5.0, 0.5, 145.5, cut=(20, 60), body={"mass": 2000.0})}

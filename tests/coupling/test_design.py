@@ -151,6 +151,7 @@ def test_soft_maximum():
     assert float(fitted.dataset.value[0]) == pytest.approx((700 / 9.81 - 30.0) / 10, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_kept():
     with pytest.raises(SolveError, match=r"Nothing was found that keeps tension_top\.mean > 5000"):
         design(HANGING, VARY, "cable.line_density", ["tension_top.mean > 5000"])

@@ -29,6 +29,7 @@ def trajectory(scene, steps):
         return np.array([simulation.system.u.copy() for _, _ in zip(range(steps), simulation.run(), strict=False)])
 
 
+@pytest.mark.slow
 def test_small_waves_are_airy_waves():
     """Place of the buoy over 100 steps: theories differ with the square of the height."""
     differences = []

@@ -107,7 +107,7 @@ SCENES = {
 }
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.slow)])
 def parallel(request, tmp_path_factory):
     """(number of ranks, folder with one record per scene)."""
     folder = tmp_path_factory.mktemp("mpi")

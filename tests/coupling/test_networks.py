@@ -339,7 +339,7 @@ def test_lines_and_buoys_of_a_network_are_compared():
 
 @pytest.mark.mpi
 @needs_mpirun
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_ranks(ranks, tmp_path):
     """The same trajectory on two and three ranks, to 1e-8 of the size of each quantity."""
     bridle = copy.deepcopy(BRIDLE)

@@ -291,6 +291,7 @@ def test_texts_and_curves_stand_out_from_their_ground(name, colors):
     assert (np.diff(away) > 0).all(), (name, away)  # more tension stands out more, without colour too
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_one_of_several_ranks_writes_the_page(tmp_path):

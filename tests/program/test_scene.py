@@ -324,6 +324,7 @@ def test_effects_of_zero_strength_change_nothing_at_rest():
             assert difference < 1e-9 * np.abs(plain_result[name]).max(), f"{section} {name}"
 
 
+@pytest.mark.slow
 def test_effects_of_zero_strength_change_nothing_in_motion():
     plain_result = simulate(TAUT)
     assert np.abs(plain_result.buoy_position[-1] - plain_result.buoy_position[0]).max() > 0.05

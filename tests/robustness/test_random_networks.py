@@ -15,7 +15,7 @@ from respelling import respelled
 from dolfbuoy import load_scene
 
 #: Quick ones; the others are slow, or compile what others do not need.
-FEW = range(12)
+FEW = (1, 2, 3, 4, 5, 7, 10, 11)
 
 
 @pytest.mark.parametrize("number", FEW)

@@ -150,7 +150,7 @@ def test_the_largest_value_of_fifty_years():
     for shares, years in (((0.9, 0.001), 50.0), ((0.0, 1.0), 1.0)):
         table = [({"sea": k}, p) for k, p in enumerate(shares)]
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("dolfbuoy.results.statistics.probabilities", lambda path, table=table: table)
+            patch.setattr("dolfbuoy.results.lifetime.probabilities", lambda path, table=table: table)
             found = float(lifetime(runs, None, Fatigue(), years).sel(series="tension_top").largest)
         fits = [gumbels([run for run in runs if run.changes["sea"] == k], "tension_top")[0] for k in (0, 1)]
         below = [np.exp(-6 * np.exp(-(found - fit.location) / fit.scale)) for fit in fits]
