@@ -53,7 +53,8 @@ def check_refusal(message):
 def check_failure(message):
     """PETSc's reason, or that of the program."""
     assert "\n" not in message
-    reasons = ("DIVERGED", "tolerance", "damped motion", "inside out", "the yaw of", "retried with smaller ones")
+    reasons = ("DIVERGED", "tolerance", "damped motion", "inside out", "the yaw of", "no rest of lines under")
+    reasons += ("retried with smaller ones",)
     assert any(reason in message for reason in reasons), message
 
 
