@@ -167,7 +167,6 @@ typedef struct {                /* a change of the unknowns that goes with a cha
     at_ends ends;
 } tangent;
 
-void evaluate_residual(const void *context);
 void renew_matrix(const void *context);
 void improve_tangent(const void *context);
 

@@ -432,11 +432,6 @@ void improve(const void *context)
         n->improved = false;
 }
 
-void evaluate_residual(const void *context)
-{
-    add_up(((const newton *)context)->residuals);
-}
-
 static PetscErrorCode take_matrix(newton *N)
 {
     KSP ksp;

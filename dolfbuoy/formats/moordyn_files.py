@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..scene.bathymetry import Depths, depths_from_text
@@ -121,7 +121,7 @@ def _record(rows: list[list[float]], dt: float, at: tuple[int | None, Note]) -> 
         at[1](at[0], f"{ELEVATION}: its steps are not equal; it is brought to {dt:g} s between its rows")
     else:
         t = t[0] + np.arange(len(t)) * (t[-1] - t[0]) / len(steps)
-    return [[float(a), float(b)] for a, b in zip(t, eta, strict=True)]
+    return _listed(t, eta)
 
 
 def _components(rows: list[list[float]], mode: str) -> dict[str, Any]:
@@ -166,7 +166,7 @@ def _current(folder: Path | None, kind: str, at: tuple[int | None, Note]) -> dic
 def _steady(rows: Array, at: tuple[int | None, Note]) -> dict[str, Any]:
     """A profile, where all of the current runs in one direction, or a grid of one instant.  rows: z, u, v, w."""
     rows = rows[np.argsort(rows[:, 0])]
-    _refuse_vertical(rows[:, 3:], STEADY, at)
+    _note_vertical(rows[:, 3:], STEADY, at)
     z, u, v = rows[:, :3].T
     strongest = int(np.argmax(u**2 + v**2))
     angle = math.atan2(v[strongest], u[strongest])
@@ -174,9 +174,8 @@ def _steady(rows: Array, at: tuple[int | None, Note]) -> dict[str, Any]:
     if len(rows) == 1:
         return {"speed": float(along[0]), "direction_deg": math.degrees(angle)}
     if np.abs(across).max() <= 1e-9 * max(along.max(), 1e-30):
-        profile = [[float(a), float(b)] for a, b in zip(z, along, strict=True)]
-        return {"direction_deg": math.degrees(angle), "profile": profile}
-    return {"grid": [[0.0, float(a), float(b), float(c)] for a, b, c in zip(z, u, v, strict=True)]}
+        return {"direction_deg": math.degrees(angle), "profile": _listed(z, along)}
+    return {"grid": _listed(0.0, z, u, v)}
 
 
 def _dynamic(text: str, at: tuple[int | None, Note]) -> dict[str, Any]:
@@ -184,12 +183,10 @@ def _dynamic(text: str, at: tuple[int | None, Note]) -> dict[str, Any]:
     lines = text.splitlines()
     (z,) = _rows("\n".join(lines[4:5]), DYNAMIC) or [[]]
     rows = _rows("\n".join(lines[6:]), DYNAMIC, tuple(1 + n * len(z) for n in (1, 2, 3)))
-    grid = []
-    for t, *values in rows:
-        u, v, w = np.array([*values, *[0.0] * (3 * len(z) - len(values))]).reshape(3, -1)
-        _refuse_vertical(w, DYNAMIC, at)
-        grid += [[t, float(a), float(b), float(c)] for a, b, c in zip(z, u, v, strict=True)]
-    return {"grid": grid}
+    velocities = [np.array([*row[1:], *[0.0] * (1 + 3 * len(z) - len(row))]).reshape(3, -1) for row in rows]
+    _note_vertical(np.array([w for *_, w in velocities]), DYNAMIC, at)
+    pairs = zip(rows, velocities, strict=True)
+    return {"grid": [one for (t, *_), (u, v, _) in pairs for one in _listed(t, z, u, v)]}
 
 
 def _everywhere(text: str, at: tuple[int | None, Note]) -> dict[str, Any] | None:
@@ -200,7 +197,7 @@ def _everywhere(text: str, at: tuple[int | None, Note]) -> dict[str, Any] | None
         if np.abs(found.setdefault((t, z), np.array(velocity)) - velocity).max() > 1e-12:
             at[1](at[0], f"{GRID}: a current that changes over x or y is not carried over; add [current]")
             return None
-    _refuse_vertical(rows[:, 6], GRID, at)
+    _note_vertical(rows[:, 6], GRID, at)
     return {"grid": [[float(t), float(z), float(v[0]), float(v[1])] for (t, z), v in sorted(found.items())]}
 
 
@@ -253,7 +250,13 @@ def _rows(text: str, name: str, counts: tuple[int, ...] = ()) -> list[list[float
     return found
 
 
-def _refuse_vertical(w: Array, name: str, at: tuple[int | None, Note]) -> None:
+def _listed(*columns: ArrayLike) -> list[list[float]]:
+    """Rows of columns, of which some may be one number."""
+    rows: list[list[float]] = np.column_stack(np.broadcast_arrays(*columns)).tolist()
+    return rows
+
+
+def _note_vertical(w: Array, name: str, at: tuple[int | None, Note]) -> None:
     """Note a current that runs up or down, once."""
     if np.any(w):
         at[1](at[0], f"{name}: what runs up or down is not carried over")

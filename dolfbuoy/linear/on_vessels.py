@@ -13,7 +13,7 @@ from scipy.sparse import csc_matrix
 from ..errors import InputError
 from ..scene import Scene
 from .linearisation import Linearisation, free_rows, without_rates
-from .stiffness import condensed, momenta_of, solved
+from .stiffness import Condensed, condensed, momenta_of, solved
 
 #: Motion of an end for a difference, of the shortest element.
 MOVED = 1e-5
@@ -35,7 +35,9 @@ def on_vessels(found: Linearisation) -> list[OnVessel]:
 
     Raises SolveError if a line has no stiffness of its own.
     """
-    return [_of_vessel(found, vessel) for vessel in found.problem.scene.vessel or []]
+    without_rates(found.problem)
+    buoys = condensed(found)
+    return [_of_vessel(found, buoys, vessel) for vessel in found.problem.scene.vessel or []]
 
 
 def refuse_directions(scene: Scene) -> None:
@@ -80,9 +82,8 @@ def _is_on(end: Any, vessel: Any) -> bool:
     return bool(end.held and (end.name or "").partition(".")[0] == vessel.name)
 
 
-def _of_vessel(found: Linearisation, vessel: Any) -> OnVessel:
+def _of_vessel(found: Linearisation, buoys: Condensed, vessel: Any) -> OnVessel:
     problem: Any = found.problem
-    without_rates(problem)
     ends, K = _Ends(found, vessel), csc_matrix(found.K)
     dofs = ends.dofs.ravel()
     h = MOVED * float(np.diff(problem.lines.cell_ends, axis=1).min())
@@ -101,7 +102,7 @@ def _of_vessel(found: Linearisation, vessel: Any) -> OnVessel:
         change = (residual(step * way) - residual(-step * way)) / (2 * step)
         slopes[:, motion], direct[:, motion] = free_rows(problem, change), change[dofs]
     forces = residual(0.0)[dofs]
-    followers = _following(found, K, slopes)
+    followers = _following(buoys, K, slopes)
     stiffness = ends.about(rows @ followers + direct)
     for motion in range(3, 6):  # arms turn under the forces at rest
         turned = np.cross(ends.moved(motion), forces.reshape(-1, 3))
@@ -109,9 +110,8 @@ def _of_vessel(found: Linearisation, vessel: Any) -> OnVessel:
     return OnVessel(vessel.name, -ends.about(forces[:, None])[:, 0], stiffness)
 
 
-def _following(found: Linearisation, K: Any, slopes: NDArray[Any]) -> NDArray[Any]:
+def _following(every: Condensed, K: Any, slopes: NDArray[Any]) -> NDArray[Any]:
     """Unknowns (n, 6) that follow motions of which the residual has these slopes; buoys go where nothing pulls them."""
-    every = condensed(found)
     inner = np.setdiff1d(np.arange(K.shape[0]), np.concatenate([[], *(body.places for body in every.bodies)]))
     followers = np.zeros_like(slopes)
     followers[inner] = -solved(K[np.ix_(inner, inner)], slopes[inner])

@@ -40,7 +40,7 @@ class Neighbour:
         operations = self.past.operations
         _, self.hand_over = operations.begin
         *self.read, _ = operations.find_rates
-        self.evaluate = self.system.callbacks.work("evaluate_residual")
+        self.evaluate = self.system.add_residuals.in_c()
 
 
 class Tangent:

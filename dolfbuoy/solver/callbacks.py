@@ -59,7 +59,7 @@ class Callbacks:
         check(core().lib.install(c))
 
     def work(self, name: str) -> Work:
-        """A function of newton.c: `attempt`, `judge_solve`, `evaluate_residual` or `renew_matrix`."""
+        """A function of newton.c: `attempt`, `judge_solve` or `renew_matrix`."""
         return Work(name, self._context, self)
 
     def improving(self, enough: float, most: int) -> Work:
