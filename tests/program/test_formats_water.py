@@ -115,6 +115,10 @@ def test_current_in_one_direction_is_a_profile(tmp_path):
     assert said == ["line 21: current_profile.txt: what runs up or down is not carried over"]
     assert scene.current.direction_deg == pytest.approx(math.degrees(math.atan2(0.6, 0.8)))
     assert np.ravel(scene.current.profile) == pytest.approx([-40.0, 0.5, 0.0, 1.0])
+    rows = "".join(f"{t} {t} 1 0.2 0.3 0.1 0.1\n" for t in (0, 10, 20))  # u, v and w at two depths
+    scene, said = imported(tmp_path, "2 Currents", {"current_profile_dynamic.txt": "a\nb\nc\nd\n-40 0\nf\n" + rows})
+    assert said == ["line 21: current_profile_dynamic.txt: what runs up or down is not carried over"]
+    assert scene.current.grid[2:4] == [(10.0, -40.0, 10.0, 0.2), (10.0, 0.0, 1.0, 0.3)]
     head = "2 1 2 1\n0 1\n0\n-40 0\n0\n"
     points = [f"{x} 0 {z} 0 {0.1 * (z + 50)} 0.2 0\n" for x in (0, 1) for z in (-40, 0)]
     scene, said = imported(tmp_path, "5 Currents", {"current_profile_4d.txt": head + "".join(points)})
