@@ -1,6 +1,7 @@
 """MoorDyn on a mooring, by `dolfbuoy export moordyn`: its runs, and the largest step at which it is stable."""
 
 import math
+from collections import ChainMap
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,8 +42,8 @@ def exported(mooring: Mooring, chosen: Settings, end: float) -> Export:
     """MoorDyn's input, with waves until end [s]; from equilibrium, of a driven cable from MoorDyn's own."""
     size = {"elements": chosen.segments, "position_degree": 1, "tension_degree": 0}
     scene, start = mooring.lasting(end), None
-    for key, value in size.items():
-        scene = load_scene(scene, **everywhere(scene, f"cable.{key}", value))
+    changes = (everywhere(scene, f"cable.{key}", value) for key, value in size.items())
+    scene = load_scene(scene, **dict(ChainMap(*changes)))
     if scene.buoy:
         start = start_of(mooring.rest)
     numerics = Numerics(chosen.scheme, chosen.step)

@@ -136,7 +136,7 @@ class Search:
         if self.mooring.segments[1] is not None:
             away = apart(self.limit, own_limit(self.mooring))
             return f"{said}; it is MoorDyn's own, {percent(away)} from dolfbuoy's."
-        runs = [self.run(self.mooring.segments[0] * 2**k, self.schemes[0]) for k in range(3)]
+        runs = [self.run(self.mooring.segments[0] * 2**k, SURE) for k in range(3)]
         if any(run.get("curve") is None for run in runs):
             return f"{said}; it is dolfbuoy's, MoorDyn's own was too dear to compute."
         return (

@@ -1,4 +1,4 @@
-"""What both programs compute: driven cables, moored buoys, a chain on the sea bed, three lines, an irregular sea.
+"""What both programs compute: driven cables, one of which bends, moored buoys, a chain on the bed, three lines, a sea.
 
 The cables are in still water, with their tops moved; all of a cable is taut, where the two models are the same:
 MoorDyn has no compression.  The buoys are slender cylinders, which is what both programs know, on the same cables, in a
@@ -74,11 +74,15 @@ WITHOUT_BUOY = {"buoy": None, "waves": None, "current": None, "wind": None, "ext
 FINEST = {"short": (6, 240), "long": (16, 240)}
 
 
-def cable(name, which, stiffness) -> Mooring:
-    """The short or the long cable with its top moved, axial stiffness times `stiffness`: the ramp and three periods."""
+def cable(name, which, stiffness, bending=0.0) -> Mooring:
+    """The short or the long cable with its top moved, axial stiffness times `stiffness`: the ramp and three periods.
+
+    bending: EI [N m^2]; ends are pinned.
+    """
     scene = load_scene("driven") if which == "short" else load_scene("long", **WITHOUT_BUOY, cable__top=LONG_TOP)
     period = settings.period_of(scene)
     changes = {"cable.axial_stiffness": stiffness * scene.network.pieces[0].section.axial_stiffness}
+    changes["cable.bending_stiffness"] = bending
     scene = load_scene(scene, **changes, **{"time.end": settings.ramp_of(scene) + 3 * period})
     softer = f"{which}, EA x {stiffness // 100}" if stiffness > 1 else None
     first = 20 if which == "short" else 50
@@ -159,6 +163,7 @@ def irregular(name) -> Mooring:
 
 
 MAKERS = {f"{which}, EA x {EA}": (cable, which, EA) for which in CABLES for EA in (1, 100, 10000)}
+MAKERS |= {"short, EI = 1 kN m2": (cable, "short", 1, 1e3)}
 MAKERS |= {f"buoy, {which} cable": (buoy, which) for which in CABLES}
 MAKERS |= {"chain on the bed, driven": (chain,), "three lines on a buoy": (three_lines,)}
 MAKERS |= {"irregular sea, 100 components": (irregular,)}

@@ -68,6 +68,12 @@ MADE = {
     "slack": Made("Both slack laws", ("python -m tests.verification.slack --out {out}",)),
     "regularisation": Made("Regularisations", ("python -m tests.verification.regularisation short --out {out}",)),
     "touchdown": Made("Touchdown", ("python -m tests.verification.touchdown --out {out}",)),
+    "touchdown-bent": Made(
+        "Touchdown with bending and without",
+        ("python -m tests.verification.touchdown_bent --out {out}",),
+        words="Where a line lifts its curvature jumps, and the direction there has an order of about 2 at most; with "
+        "bending there is a layer sqrt(EI/H), which higher degrees resolve until the kink of the bed is left.",
+    ),
     "measured": Made(
         "Measured lines", ("python -m tests.verification.measured --out {out}",), figures=("measured.png",)
     ),
