@@ -2,8 +2,8 @@
 
     .venv/bin/python -m tests.verification.touchdown_bent [SCENE]
 
-At rest on a smooth bed, with EI = 0 and with an EI whose layer sqrt(EI/H) is a fiftieth of the line: errors of H, of the
-shape and of the direction near the touchdown, by pair and elements, against P3-P2 on many.  The pressure of the bed
+At rest on a smooth bed, with EI = 0 and with an EI whose layer sqrt(EI/H) is a fiftieth of the line: errors of H, of
+the shape and of the direction near the touchdown, by pair and elements, against P3-P2 on many.  The pressure of the bed
 has a kink where the line lifts; a quadrature of high degree keeps its error below those of the elements.
 """
 
@@ -119,8 +119,8 @@ def row_of(row: dict, finest: dict, length: float) -> dict:
     off = {name: np.subtract(row[name], finest[name])[near] for name in ("z", "direction")}
     space = Space(*row["space"])
     return {
-        "pair": str(space.pair), "elements": space.cells, "h": length / space.cells, "H": abs(row["H"] / finest["H"] - 1),
-        "z": float(np.sqrt(np.mean(off["z"] ** 2))),
+        "pair": space.pair, "elements": space.cells, "h": length / space.cells,
+        "H": abs(row["H"] / finest["H"] - 1), "z": float(np.sqrt(np.mean(off["z"] ** 2))),
         "direction": float(np.sqrt(np.mean((off["direction"] ** 2).sum(axis=1)))),
     }  # fmt: skip
 
