@@ -92,9 +92,9 @@ def wave_damping(c: Any, body: Body) -> tuple[Expr | None, Expr | None]:
         return None, None
     d, e_z = axis(body.quaternion), as_vector([0.0, 0.0, 1.0])
     heave, spin = body.motion.velocity[2], body.motion.angular_velocity
-    eta = body.flow(body.position).elevation
-    if eta is not None:
-        surface = body.flow(as_vector([body.position[0], body.position[1], eta]))
+    above = body.flow(body.position)
+    if above.elevation is not None:
+        surface = body.flow(as_vector([body.position[0], body.position[1], above.surface]))
         heave -= surface.velocity[2]
         spin -= cross(dot(surface.velocity_gradient, e_z), e_z)  # of the tangent plane
     return -c.heave * heave * e_z, -c.pitch * (spin - dot(spin, d) * d)

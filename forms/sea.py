@@ -1,7 +1,7 @@
 """The water: Airy waves with stretching above still water, and currents.
 
 World frame, z = 0 at still water level, sea bed at z = -depth.  The elevation is
-eta = a cos(theta), theta = k . x - omega t + phase.
+eta = a cos(theta), theta = k . x - omega t + phase.  A tide lifts all of it.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,6 +37,7 @@ class Flow(NamedTuple):
     slope: Expr | None = None  #: grad(elevation), a horizontal vector [1]
     acceleration_gradient: Expr | None = None  #: symmetric: potential flow turns nothing [1/s^2]
     velocity_gradient: Expr | None = None  #: of waves, symmetric [1/s]
+    level: Expr | None = None  #: of still water, above that at t = 0: a tide [m]
 
     @property
     def normal(self) -> Expr:
@@ -44,9 +45,16 @@ class Flow(NamedTuple):
         e_z = as_vector([0.0, 0.0, 1.0])
         return e_z if self.slope is None else (e_z - self.slope) / sqrt(1 + dot(self.slope, self.slope))
 
+    @property
+    def surface(self) -> Expr | None:
+        """Height z of the free surface [m]; None: at 0."""
+        if self.level is None or self.elevation is None:
+            return self.elevation if self.level is None else self.level
+        return self.elevation + self.level
+
     def depth(self, x: Expr) -> Expr:
         """Height of the free surface above x [m]."""
-        return -x[2] if self.elevation is None else self.elevation - x[2]
+        return -x[2] if self.surface is None else self.surface - x[2]
 
 
 def phase(wave: Wave, x: Expr) -> Expr:

@@ -29,7 +29,7 @@ def wind_load(c: Any, body: Body) -> tuple[Expr, Expr]:
     c: offset, direction, speed, drag_coefficient, air_density, area.
     """
     x = body.position + rotation_matrix(body.quaternion) * c.offset
-    eta = body.flow(x).elevation
-    height = x[2] if eta is None else x[2] - eta
+    surface = body.flow(x).surface
+    height = x[2] if surface is None else x[2] - surface
     force = wind_force(height, c.direction, c.speed, c.drag_coefficient, c.air_density, c.area)
     return force, point_torque(body.quaternion, c.offset, force)

@@ -5,19 +5,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..model.varying import Grid, Gusts, seed_of, turning
+from ..model.varying import Grid, Gusts, range_of_tide, seed_of, turning
 from ..scene import Scene
+from ..scene.sections import Sea
 
 if TYPE_CHECKING:
     from .report import Report
 
 #: Acceleration of the water [m/s^2] from which on its inertia may count.
 FAST = 0.01
+#: Part of the depth from which on a tide's change of the depth may count for waves.
+DEEPER = 0.2
 
 
 def of_weather(scene: Scene, report: "Report") -> None:
     """Add numbers and warnings of what changes over time to the Report of `check`."""
-    sections: dict[str, Any] = {"current": scene.current}
+    sections: dict[str, Any] = {"sea": scene.sea, "current": scene.current}
     for name, buoy in scene.network.buoys.items():
         about = report.about(name if len(scene.network.buoys) > 1 else "")
         sections |= {f"{name}: wind": buoy.wind, f"{name}: external_force": buoy.external_force}
@@ -25,15 +28,29 @@ def of_weather(scene: Scene, report: "Report") -> None:
             gusts = Gusts(buoy.wind, seed_of(scene, buoy.wind))
             about.add("standard deviation of the gusts", gusts.deviation, "m/s", f"at 10 m, by {buoy.wind.gusts}")
     for name, section in sections.items():
-        for key in ("over_time", "grid"):
+        for key in ("over_time", "grid", "tide"):
             rows = getattr(section, key, None)
             last = max((row[0] for row in rows or []), default=math.inf)
             if rows and scene.time is not None and last < scene.time.end:
                 report.warn(len(rows) > 1, f"{name}.{key} ends at {last:g} s, before the run: its last row goes on.")
+    if scene.sea is not None and scene.sea.tide is not None:
+        _tide(scene, scene.sea, report)
     rate = _rate(scene.current) if scene.current is not None else 0.0
     report.warn(
         rate > FAST,
         f"The current changes by up to {rate:.2g} m/s in a second: the inertia of water that speeds up is not counted.",
+    )
+
+
+def _tide(scene: Scene, sea: Sea, report: "Report") -> None:
+    """Range of a tide, and what it is too fast or too large for."""
+    (low, high), times = range_of_tide(scene), np.array([t for t, _ in sea.tide or []])
+    report.add("range of the tide", high - low, "m", f"from {low:.3g} to {high:.3g} m")
+    rate = float(np.abs(np.diff([z for _, z in sea.tide or []]) / np.diff(times)).max(initial=0.0))
+    report.warn(rate > FAST, f"The tide changes by up to {rate:.2g} m/s: the water's own velocity is not counted.")
+    report.warn(
+        scene.waves is not None and high - low > DEEPER * sea.depth,
+        f"sea.tide changes the depth by {high - low:.3g} m: waves keep the lengths of {sea.depth:g} m of water.",
     )
 
 

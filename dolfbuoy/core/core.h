@@ -308,6 +308,7 @@ typedef struct {
     int stretching;             /* WHEELER, VERTICAL or NO_STRETCHING */
     int steep;                  /* harmonics of one wave, whose acceleration is the total one */
     double highest;             /* above which no water is, and the series of a steep wave means nothing */
+    const double *level;        /* of still water, or NULL: 0 */
 } waves;
 
 void phases_at(const waves *w, double x, double y);
@@ -367,6 +368,7 @@ typedef struct {
     const double *position, *quaternion, *center;
     const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without such a wave */
     const kinematics *sea;      /* an irregular one, or NULL */
+    const double *level;        /* of still water, or NULL: 0 */
     int expanded;               /* serial of the time at which the sea was expanded near where it meets the axis: */
     double place[2], near[11];  /* elevation, slope, curvature, third derivatives, how far away they serve */
     bool averaged;              /* over the disks */

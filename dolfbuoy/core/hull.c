@@ -16,6 +16,12 @@ typedef struct {
     double gap, half;           /* n_z (eta - z), and half the extent of the disk across the tangent plane */
 } cut;
 
+/* Height of still water. */
+static double tide(const hull_points *h)
+{
+    return h->level ? *h->level : 0;
+}
+
 static double radius(const double *f, double zeta)
 {
     return f[2] + (f[3] - f[2]) * (zeta - f[0]) / (f[1] - f[0]);
@@ -50,6 +56,7 @@ static cut cut_at(const axis *A, double zeta)
     double x[3], eta = 0, slope[2] = {0, 0};
     for (int i = 0; i < 3; ++i)
         x[i] = h->position[i] + lever * d[i];
+    x[2] -= tide(h);
     if (h->amplitude) {
         const double k = *h->wavenumber, c = *h->cos_direction, s = *h->sin_direction;
         const double theta = k * (c * x[0] + s * x[1]) + *h->time_phase, kR = fmax(k * R, 1e-6);
@@ -197,7 +204,7 @@ static void expand_near(hull_points *h, const double *d)
     const double low = h->frustum[0] - *h->center, high = h->frustum[4 * h->frusta - 3] - *h->center;
     h->near[0] = 0;
     for (int n = 0; n < 2 && now; ++n) {
-        const double lever = fmax(low, fmin(high, (h->near[0] - h->position[2]) / steep));
+        const double lever = fmax(low, fmin(high, (h->near[0] + tide(h) - h->position[2]) / steep));
         for (int i = 0; i < 2; ++i)
             h->place[i] = h->position[i] + lever * d[i];
         expand_at(h->sea, h->place[0], h->place[1], h->near);

@@ -64,7 +64,7 @@ static void sample_at(const kinematics *K, const points *P, const double *x, dou
 {
     const waves *w = K->waves;
     const double *weight = weights(K, P->weight, radius);
-    double of_surface[6], v[15], a[15], z = x[2];
+    double of_surface[6], v[15], a[15], z = w->level ? x[2] - *w->level : x[2];
     const bool large = P->size > SMALL;
     phases_at(w, x[0], x[1]);
     sum_surface(w, w->ones, of_surface);

@@ -57,6 +57,8 @@ def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[d
         files["current_profile.txt"] = _current(scene, scene.current, depth)
         if varies(scene.current):
             note("current: MoorDyn's is steady, that of t = 0")
+    if scene.sea and scene.sea.tide:
+        note("sea.tide: MoorDyn's water stays as high as at t = 0")
     return found, files
 
 

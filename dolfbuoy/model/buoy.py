@@ -247,7 +247,7 @@ class Buoy(Model):
     def wet_hull_form(self) -> ufl.Form:
         """Linear form of `WetHull.submerged` and, last, the elevation above C."""
         state = self.kinematics()
-        form, eta = self.hull.submerged(state), self.water_above(state.position).elevation
+        form, eta = self.hull.submerged(state), self.water_above(state.position).surface
         test = form.arguments()[0]
         return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 

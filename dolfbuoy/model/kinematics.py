@@ -20,6 +20,7 @@ from ..scene import Scene
 from ..solver import compat
 from ..solver.c_code import ALIGNED, address, aligned, core
 from ..solver.system import System
+from ..solver.unknowns import array_of
 from .airy import AirySum
 
 ON_LINE, ON_AXIS, ON_SURFACE = range(3)  #: where points are: on a line, on the axis of a hull, on the surface above C
@@ -101,9 +102,9 @@ def lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
 class Kinematics:
     """An irregular sea for the forms on one mesh: its components in C, and the points at which they are summed."""
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, level: fem.Constant | None = None):
         self.sets: list[Points] = []
-        self._alive, self._following = [], []
+        self._alive, self._following, self._level = [], [], level
         self.waves, self._stale = core().ffi.new("waves *"), np.ones(1, dtype=np.int32)  #: waves: in C
         self.change(scene)
 
@@ -131,6 +132,8 @@ class Kinematics:
         self.waves.count, self.waves.padded, self.waves.radius = n, padded, -1.0
         self.waves.steep, self.waves.highest = airy.steep, float(np.abs(airy.amplitude).sum())
         self.waves.depth, self.waves.stretching = airy.depth, STRETCHINGS.index(airy.stretching)
+        if self._level is not None:
+            self.waves.level = address(array_of(self._level))
         for context in self._following:
             context.exact = self.exact
         self.set_time(0.0)

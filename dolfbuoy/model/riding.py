@@ -10,6 +10,7 @@ from ..scene.vessel import OnVessel, Vessel, turned
 from . import Array
 from .airy import AirySum, ramp, remembered
 from .splines import along_rows
+from .varying import tide_of
 
 #: Standard deviations that the height of an end in an irregular sea may leave its mean by.
 FARTHEST = 4.0
@@ -30,6 +31,7 @@ class Rider:
         self.vessel, self._ramp, self._frequency = vessel, sea.ramp, sea.at_ground
         self._parts = operators * sea.amplitude * np.exp(-1j * theta)
         self._latest: tuple[float | None, Array] = (None, np.zeros(6))
+        self._tide = tide_of(scene)
         self._given = along_rows(vessel.motion, vessel.ramp) if vessel.motion else lambda t: np.zeros(6)
 
     def motions(self, t: float) -> Array:
@@ -48,8 +50,9 @@ class Rider:
         """Position of a fairlead [m]."""
         vessel, along, shift = self.vessel, self.motions(t)[:3], self._given(t)
         arm = self.direction(vessel.fairleads[fairlead], t)
+        shift = shift[:3] + [0.0, 0.0, self._tide(t)]
         moved = turned((float(along[0]), float(along[1]), float(along[2])), 0.0, 0.0, vessel.heading_deg)
-        return [float(sum(part)) for part in zip(vessel.position, shift[:3], moved, arm, strict=True)]
+        return [float(sum(part)) for part in zip(vessel.position, shift, moved, arm, strict=True)]
 
     def rise(self, fairlead: str) -> float:
         """Height to which the waves lift a fairlead over its place at rest [m], about, in an irregular sea."""

@@ -18,7 +18,7 @@ from ..solver.unknowns import array_of
 from .airy import AirySum, Propagation, components_of, current_speed, propagation, stream_wave
 from .kinematics import Kinematics
 from .numbers import Numbers
-from .varying import direction_over_time, grid_of, varies, velocity_over_time, wind_over_time
+from .varying import direction_over_time, grid_of, range_of_tide, tide_of, varies, velocity_over_time, wind_over_time
 from .varying import heading as heading
 
 
@@ -41,14 +41,20 @@ def crest_height(scene: Scene) -> float:
     return 4 * math.sqrt(components_of(scene.waves).moment(0)) if scene.waves.irregular else scene.waves.size
 
 
+def highest_water(scene: Scene) -> float:
+    """Height of the crest of a scene's wave at its highest tide [m]."""
+    return crest_height(scene) + range_of_tide(scene)[1]
+
+
 def elevation_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
-    """Elevation of a scene's water in numbers [m] at points (..., 3)."""
-    return AirySum.of(scene).elevation(t, points) if scene.waves else np.zeros(np.shape(points)[:-1])
+    """Height of the surface of a scene's water in numbers [m] at points (..., 3)."""
+    level = tide_of(scene)(t)
+    return level + (AirySum.of(scene).elevation(t, points) if scene.waves else np.zeros(np.shape(points)[:-1]))
 
 
 def velocity_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
     """Velocity (..., 3) of a scene's undisturbed water in numbers [m/s] at points (..., 3)."""
-    points = np.asarray(points, dtype=float)
+    points = np.asarray(points, dtype=float) - [0.0, 0.0, tide_of(scene)(t)]
     velocity = AirySum.of(scene).flow(t, points)[0] if scene.waves else np.zeros(points.shape)
     if scene.current and scene.current.grid:
         grid = grid_of(scene)
@@ -86,9 +92,11 @@ class SeaState:
         self._mesh, self._numbers, self._speeds, self._moving = mesh, Numbers(mesh, scene), [], []
         self.kinematics = self._publish = None  #: of waves that are summed
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
+        #: Height of still water over time; None: 0
+        self.level = compat.constant(mesh, 0.0) if scene.sea and scene.sea.tide else None
         self.wave = self.current = None
         if with_waves and scene.waves and scene.waves.summed:
-            self.kinematics = Kinematics(scene)
+            self.kinematics = Kinematics(scene, self.level)
             self._depth = self._number(lambda scene: scene.sea.depth)
         elif with_waves and scene.waves:
             self._amplitude, self._time_phase = compat.constant(mesh, 0.0), compat.constant(mesh, 0.0)
@@ -164,6 +172,13 @@ class SeaState:
 
         return [flow]
 
+    def _tide(self, time: np.ndarray) -> list[Callable]:
+        """A function that brings the level of a tide to time[0]."""
+        if self.level is None:
+            return []
+        level, tide = array_of(self.level), tide_of(self.scene)
+        return [lambda: level.__setitem__(0, tide(time.item()))]
+
     @property
     def has_waves(self) -> bool:
         """True if there are waves, regular or not."""
@@ -174,6 +189,11 @@ class SeaState:
 
         at: `kinematics.Points` near it, which a sum of waves needs; three, `weighted`, for averages over disks.
         """
+        if self.level is not None:
+            x = x - ufl.as_vector([0.0, 0.0, self.level])
+        return self._at_level_0(x, *at)._replace(level=self.level)
+
+    def _at_level_0(self, x, *at):
         if self.kinematics is None:
             return sea.flow(x, self.wave, self.current)
         samples = [self.kinematics.samples(points, self._depth) for points in at]
@@ -193,7 +213,7 @@ class SeaState:
 
     def clock(self, time: np.ndarray) -> list[Callable]:
         """Functions that bring waves and current to time[0], with the numbers of the scene at hand."""
-        stream = self._stream(time)
+        stream = [*self._tide(time), *self._stream(time)]
         if self.kinematics is not None:
             return [*stream, lambda: self.kinematics.set_time(time.item())]
         if self.wave is None:

@@ -25,6 +25,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
     return (
         len(profile) if isinstance(profile, list) else profile,
         len({row[1] for row in (scene.current and scene.current.grid) or []}),
+        scene.sea is not None and scene.sea.tide is not None,
         waves and (waves.summed, waves.theory, waves.stretching),
         scene.seabed and (scene.seabed.start, scene.seabed.depths is not None),
         repr(scene.solver),

@@ -1,7 +1,7 @@
 """Which cables may leave the water: from the scene alone, before anything is solved.
 
-A cable may where one of these is above the deepest trough (the still surface without waves; a regular wave's amplitude
-or the significant height below it):
+A cable may where one of these is above the deepest trough (without waves the still surface at its lowest; a regular
+wave's amplitude or the significant height below that):
 
 - an end that is held, wherever it is moved to, a free end that is pulled up as far as the cable reaches, or a point of
   the first shape that the scene gives;
@@ -24,6 +24,7 @@ from ..scene.vessel import Riding
 from .riding import rider_of
 from .rigid import mass_properties, shape_of, weight_per_length
 from .sea import crest_height
+from .varying import range_of_tide
 
 #: Name of a joint or buoy, or an end of a piece: (piece, end).
 Node = str | tuple[int, int]
@@ -43,9 +44,14 @@ def surfacing(scene: Scene) -> list[str]:
     given = scene.initial.points  # of the first shape, which may be above the water
     for cable in cables:
         points = given.get(network.cables[cable]) if isinstance(given, dict) else given
-        if points and float(np.max(np.array(points)[:, 2])) > -crest_height(scene):
+        if points and float(np.max(np.array(points)[:, 2])) > -_fall(scene):
             rises.add(cable)
     return [network.cables[cable] for cable in cables if cable in rises]
+
+
+def _fall(scene: Scene) -> float:
+    """Distance of the deepest trough from the still surface at t = 0 [m]."""
+    return crest_height(scene) - range_of_tide(scene)[0]
 
 
 def _node(network: Network, piece: int, end: int) -> Node:
@@ -55,7 +61,7 @@ def _node(network: Network, piece: int, end: int) -> Node:
 
 def _heights(scene: Scene) -> dict[Node, float]:
     """Node -> the highest place above the deepest trough that held ends, buoys and lengths let it have [m]."""
-    network, crest, reached = scene.network, crest_height(scene), {}
+    network, crest, reached = scene.network, _fall(scene), {}
     lines: dict[Node, list[tuple[Node, float]]] = {}
     ahead: list[tuple[float, str, Node]] = []
     for k, piece in enumerate(network.pieces):

@@ -14,6 +14,7 @@ from ..scene.buoy import ExternalForce, Wind
 from ..scene.sections import Current, Scene
 from . import Array
 from .airy import ramp, remembered
+from .splines import along_rows
 
 #: Frequencies that a sum of gusts has [Hz]: those of the spectrum of the NPD.
 LOWEST, HIGHEST = 1 / 600, 0.5
@@ -146,6 +147,29 @@ def seed_of(scene: Any, wind: Wind) -> int:
     if wind.seed is not None:
         return int(wind.seed)
     return int(scene.waves.seed) if scene.waves is not None else 0
+
+
+# -- water -------------------------------------------------------------------------------------------------------------
+
+
+def tide_of(scene: Scene) -> Callable[[float], float]:
+    """Height of still water above that at t = 0 over time [m]: along the rows of a tide, 0 without one."""
+    if scene.sea is None or scene.sea.tide is None:
+        return lambda t: 0.0
+    return remembered(partial(_tide, scene.sea.tide), scene.sea)
+
+
+def _tide(rows: Sequence[Any]) -> Callable[[float], float]:
+    level = along_rows(rows, 0.0)
+    start = float(level(0.0)[0])
+    return lambda t: float(level(t)[0]) - start
+
+
+def range_of_tide(scene: Scene) -> tuple[float, float]:
+    """The lowest and the highest of the heights of still water that a scene gives, and of 0 [m]."""
+    rows = scene.sea.tide if scene.sea else None
+    heights = [0.0, *(tide_of(scene)(t) for t, _ in rows or [])]
+    return min(heights), max(heights)
 
 
 # -- current -----------------------------------------------------------------------------------------------------------

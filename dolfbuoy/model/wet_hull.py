@@ -166,6 +166,8 @@ class WetHull:
                 setattr(context, name, address(read(getattr(self.water.wave, name))))
         if self.water.kinematics:
             context.sea = self.water.kinematics.of_hull(body)
+        if self.water.level is not None:
+            context.level = address(read(self.water.level))
         context.averaged, context.least_tilt = self.averaged, hull.LEAST_TILT
         return context, body
 

@@ -17,6 +17,7 @@ export class Recorded {
     this.bodies = view.buoys.map((buoy) => ({ position: unpack(buoy.position), orientation: unpack(buoy.orientation) }));
     for (const { ends } of view.devices) for (const end of ends) if (end.path) end.path = unpack(end.path);
     this.forces = view.forces.map((force) => ({ ...force, values: unpack(force.values) }));
+    this.tide = view.sea?.tide && unpack(view.sea.tide);
   }
 
   /** {nodes, tension, buoys: [{at, R}], forces: [{at, force, kind}]}. */
@@ -26,6 +27,7 @@ export class Recorded {
     for (const held of this.view.lines?.held ?? []) this.pull(state, held, buoys[held.buoy]);
     state.forces = this.forces.map((force) => this.force(force, t, state));
     state.devices = devicesAt(this.view, state, (path) => this.mixed(path, 3, t));
+    state.level = this.tide ? this.mixed(this.tide, 1, t)[0] : 0;
     return state;
   }
 

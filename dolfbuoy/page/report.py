@@ -14,6 +14,7 @@ import numpy as np
 
 from ..check import derived
 from ..errors import InputError
+from ..model.varying import range_of_tide
 from ..results import criteria as judging
 from ..results.after_ramp import Missing, TooShort, scene_of
 from ..results.record import fitting, read
@@ -193,6 +194,8 @@ def _sea(scene: Scene) -> str:
         towards = "and time" if current.grid else f"towards {current.direction_deg:g} degrees"
         changes = ", changing over time" if current.over_time else ""
         parts.append(f"a current {speed} {towards}{changes}")
+    if scene.sea is not None and scene.sea.tide is not None:
+        parts.append(f"a tide of {np.subtract(*range_of_tide(scene)[::-1]):.3g} m")
     return ", ".join(parts)
 
 

@@ -50,8 +50,8 @@ export function squares(waves) {
   return Math.round(Math.min(Math.max(Math.sqrt(2.5e6 / (waves?.count ?? 1)), 28), 90));
 }
 
-/** Places and normals of a square of water (n + 1 points a side) around a point; without waves it is flat. */
-export function surface(waves, t, [x0, y0], reach, n) {
+/** Places and normals of a square of water (n + 1 points a side) around a point; without waves it is flat, at a level. */
+export function surface(waves, t, [x0, y0], reach, n, level) {
   const step = (2 * reach) / n;
   const xs = Float64Array.from({ length: n + 1 }, (_, i) => x0 - reach + i * step);
   const ys = Float64Array.from({ length: n + 1 }, (_, j) => y0 - reach + j * step);
@@ -62,7 +62,7 @@ export function surface(waves, t, [x0, y0], reach, n) {
   for (let i = 0; i <= n; i++)
     for (let j = 0; j <= n; j++) {
       const k = 3 * (i * (n + 1) + j);
-      places.set([xs[i], ys[j], z[k / 3]], k);
+      places.set([xs[i], ys[j], level + z[k / 3]], k);
       normals.set([at(i - 1, j) - at(i + 1, j), at(i, j - 1) - at(i, j + 1), 2 * step], k);
     }
   return { places, normals };

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.airy import AirySum
-from ..model.sea import crest_height
+from ..model.sea import highest_water
+from ..model.varying import tide_of
 from ..results.devices import Point, winches_of
 from ..results.frame import Force, Frame, Frames
 from ..results.hulls import Floating
@@ -40,6 +41,8 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
         packed = {"amplitude": w.amplitude, "kx": w.wavenumber * w.cosine, "ky": w.wavenumber * w.sine}
         packed |= {"omega": w.at_ground, "phase": w.phase}
         found["sea"]["waves"] = {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
+    if scene.sea and scene.sea.tide:
+        found["sea"]["tide"] = exact(np.array(list(map(tide_of(scene), record.time.values[rows]))))
     for device, drawn in zip(frames.devices, found["devices"], strict=True):
         for end, packed in zip(device.ends, drawn["ends"], strict=True):
             if end.moves and end.path is not None:
@@ -137,7 +140,7 @@ def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]
     low, high = low - [room, room, 0], high + room
     span = float((high - low).max()) or 1.0
     if scene.sea:
-        crest = crest_height(scene)
+        crest = highest_water(scene)
         if high[2] + 0.5 * span > 0 > low[2] - 0.5 * span:
             low[2], high[2] = min(low[2], -crest), max(high[2], crest)
         if low[2] - 0.4 * span < -scene.sea.depth:

@@ -180,7 +180,7 @@ export class Viewer {
 
   drawWater() {
     const [middle, reach] = [this.middle(), this.reach()];
-    const { places, normals } = surface(this.waves, this.state.t, middle, reach, this.n);
+    const { places, normals } = surface(this.waves, this.state.t, middle, reach, this.n, this.state.level ?? 0);
     this.painter.change(this.meshes.water, places, normals);
     const how = { color: this.colors.water, alpha: 0.4, kind: 2, middle, reach, cell: niceStep(reach / 25) };
     this.painter.draw(this.meshes.water, how);

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..meshes import number_of_cells
 from ..model.effects import called_by
-from ..model.sea import crest_height
+from ..model.sea import highest_water
 from ..motion.schemes import make_scheme
 from ..scene.settings import period_of, ramp_of
 from . import bars, cautions
@@ -263,7 +263,7 @@ def _left(record: xr.Dataset, scene: Scene, _cable: int, sections: list[Cable]) 
         depth = -scene.sea.depth - lowest
         found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
     if scene.sea is not None and not called_by(scene, "line_wet"):  # equations without a surface
-        highest = float(maximum(record, "cable_position")[..., 2].max()) - crest_height(scene)
+        highest = float(maximum(record, "cable_position")[..., 2].max()) - highest_water(scene)
         if highest > ABOVE * length:
             found.append(f"The cable rose up to {highest:.3g} m above the water, {UNSEEN}")
     return found + warnings_of(record, section.fails_at is not None)
@@ -309,7 +309,7 @@ def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:
     if scene.sea is None or called_by(scene, "joint_wet"):
         return []
     bodies = {name: record.joint_position.sel(joint=name, xyz="z") for name in scene.network.bodies}
-    highest = {name: float(z.max()) - crest_height(scene) for name, z in bodies.items()}
+    highest = {name: float(z.max()) - highest_water(scene) for name, z in bodies.items()}
     return [f"{name}: It rose up to {z:.3g} m above the water, {UNSEEN}" for name, z in highest.items() if z > 0]
 
 

@@ -224,6 +224,7 @@ FILES = frozenset(
         "cable.winch",
         "cable.top.motion",
         "joint.motion",
+        "sea.tide",
         "seabed.depths",
         "vessel.motion",
         "vessel.raos",

@@ -24,8 +24,10 @@ from .quantities import Missing, Wrong
 from .section import Section, key
 from .take_off import TakeOff
 from .vessel import Vessel
-from .wave_files import MOST_ROWS, grid_of
+from .wave_files import MOST_ROWS, grid_of, rows_of
 from .waves import Waves
+
+Tide = Annotated[list[q.Instant], *rows_of(2), Field(min_length=2)]
 
 
 class Sea(Section):
@@ -33,6 +35,9 @@ class Sea(Section):
 
     depth: q.Length = key("water depth; the sea bed is at z = -depth", "m")
     density: q.Density = key("water density", "kg/m^3", default=1025.0)
+    tide: Tide | None = key(
+        "height of still water over time, [[t, z], ...] or a file; counted from that at t = 0", "s, m", default=None
+    )
     dry_above: bool | None = key(
         "treat lines and joint bodies as dry above the surface; absent: if any of them can surface", default=None
     )

@@ -233,9 +233,12 @@ def test_a_sinker_that_drags_is_fixed_and_a_current_steady():
     cable = ROPE | {"anchor": [1.0, 2.0, -31.0], "to": "float"}
     sinker = {"weight": 1e3, "friction": 0.5, "density": 2000.0, "drags": True}
     current = {"speed": 0.5, "over_time": [[0.0, 1.0, 0.0], [9.0, 2.0, 0.0]]}
-    tables, _, said, _ = exported({"cable": cable, "joint": None, "anchor": sinker, "current": current} | WAVE)
+    sea = {"depth": 31.0, "tide": [[0.0, 0.0], [9.0, 1.0]]}
+    tables, _, said, _ = exported(
+        {"cable": cable, "joint": None, "anchor": sinker, "current": current, "sea": sea} | WAVE
+    )
     assert tables["POINTS"][0][1:5] == ["Fixed", 1.0, 2.0, -31.0]
-    for words in ("anchor.drags", "current: MoorDyn's is steady"):
+    for words in ("anchor.drags", "current: MoorDyn's is steady", "sea.tide: "):
         assert sum(note.startswith(words) for note in said) == 1, words
 
 
