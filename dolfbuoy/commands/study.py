@@ -54,7 +54,7 @@ def convergence(
 
 @studies.command()
 def bending(out: Out = None) -> None:
-    """Orders of lines that bend, against elliptic integrals.  Example: dolfbuoy study bending"""
+    """Orders of lines that bend: places, forces, frequencies.  Example: dolfbuoy study bending"""
     from ..studies.accuracy import bent as module
 
     _run("bending", module.study, out)

@@ -2,7 +2,7 @@
 
 Source: elliptic integrals (elastica, buckled column), the circle, first integral of the elastica, Gauss collocation of
 order 16 and 20 that agrees to 2e-12 (heavy cantilever, clamped catenary, riser and lazy wave on a soft bed); sums of
-forces and moments by hand.
+forces and moments by hand; shooting by scipy.
 """
 
 import math
@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 from dolfbuoy import InputError, load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.errors import SolveError
+from dolfbuoy.results.tables import groups
 from dolfbuoy.studies.accuracy import bent
 
 G = 10.0
@@ -109,13 +110,27 @@ def test_heavy_cantilever():
     assert rest.anchor_force.values[0, 2] == pytest.approx(1000.0, rel=1e-12)
 
 
-def test_taut_line_at_a_clamp():
-    """2 sqrt(EI T) sin of half the angle; the axial tension at the clamp is not the force there."""
+#: Elements of a line whose bending length is 1 m: pair, and what they leave of the moment at the clamp.
+TAUT = {
+    "quarters": (200, 2, 2e-5),
+    "eighths at the clamp": ([[1.0, 8], [4.0, 16], [45.0, 45]], 2, 5e-6),
+    "quarters of degree 3": (200, 3, 1e-7),
+}
+
+
+@pytest.mark.parametrize("mesh", TAUT)
+def test_taut_line_at_a_clamp(mesh):
+    """2 sqrt(EI T) sin of half the angle; the axial tension at the clamp is not the force there, but its part along the
+    line."""
+    elements, degree, error = TAUT[mesh]
     top = {"kind": "free", "force": [1e4, 0.0, 0.0]}
-    rest = solve_static(rod(50.0, 1e4, 400, 2, from_end=direction(30.0), top=top))
-    assert rest.anchor_moment.item() == pytest.approx(5176.38090205, rel=1e-5)
-    assert end(rest)[[0, 2]] == pytest.approx([49.9318516526, 0.517638090205], rel=2e-5)
-    assert rest.tension_anchor.item() == pytest.approx(8660.25403784, rel=2e-3)
+    rest = solve_static(rod(50.0, 1e4, elements, degree, from_end=direction(30.0), top=top))
+    assert rest.anchor_moment.item() == pytest.approx(5176.38090205, rel=error)
+    assert 1e4 * rest.largest_curvature.item() == pytest.approx(5176.38090205, rel=error)
+    assert end(rest)[[0, 2]] == pytest.approx([49.9318516526, 0.517638090205], rel=error)
+    along = -rest.anchor_force.values[0] @ [math.cos(math.radians(30)), 0.0, math.sin(math.radians(30))]
+    assert along == pytest.approx(8660.25403784, rel=1e-9)
+    assert rest.tension_anchor.item() == pytest.approx(along, rel=3e-3 if degree == 2 else 1.5e-4)
     assert np.linalg.norm(rest.anchor_force) == pytest.approx(1e4, rel=1e-9)
 
 
@@ -316,13 +331,23 @@ def test_lines_that_bend_and_lines_that_do_not():
     assert tip[2] == pytest.approx(-(200.0 * 1e4 / 8 + pull * 1e3 / 3) / 1e6, rel=0.02)
 
 
-def test_study_of_orders(tmp_path):
-    """The tip of P L^2/EI = 5 by the study's own elliptic integrals is that of the references; P2-P1 has order 4."""
+def test_what_the_study_takes_as_true():
+    """Its own elliptic integrals and collocation are those of the references."""
     assert bent.elastica(5.0) == pytest.approx([0.612371639276, 0.713791523612], rel=1e-10)
-    table = bent.study(tmp_path, (8, 16))[0]
-    found = {row["pair"]: row for row in table.rows if row["cells"] == 16}
-    assert found["P2-P1"]["order_tip"] == pytest.approx(4, abs=0.2)
-    assert found["P2-P1"]["moment"] < 1e-5
+    assert math.hypot(bent.hanging(1e6)[0], 12000.0) == pytest.approx(12948.5379, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_study_of_orders(tmp_path):
+    """Order 2 mu of the tip, of the force between clamps, of moments and frequencies, from P1-P0 to P4-P3."""
+    tables = {table.name: groups(table.rows, "pair") for table in bent.study(tmp_path)}
+    for name, error in (("cantilever", "tip"), ("clamped", "force"), ("beam", "frequency")):
+        for mu, curve in enumerate(tables[name].values(), 1):
+            observed = [row[f"order_{error}"] for row in curve if row[f"order_{error}"] is not None]
+            assert max(observed[-2:]) == pytest.approx(2 * mu, abs=0.4 if mu < 4 else 0.8), (name, mu)
+    finest = tables["cantilever"]["P2-P1"][-1]
+    assert finest["cells"] == 64
+    assert finest["moment"] < 5e-8
 
 
 # -- what is said ------------------------------------------------------------------------------------------------------
