@@ -53,7 +53,7 @@ def build_scene(data: dict[str, Any], overrides: dict[str, Any] | None = None) -
 def kept_scene(text: str) -> Scene:
     """The scene that a record or a checkpoint carries: complete, so that it names no file.  Raises InputError."""
     try:
-        return build_scene(_with_files(parse(text), Path(os.devnull)))  # below which there is none
+        return build_scene(with_files(parse(text), Path(os.devnull)))  # below which there is none
     except (TypeError, ValueError) as error:
         raise InputError(f"its scene cannot be read: {str(error).rstrip('.')}.") from None
 
@@ -204,7 +204,7 @@ def _read(scene: str | Path | dict[str, Any] | Scene) -> dict[str, Any]:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise InputError(f"Scene file {path} must have {MOST_BYTES:,} bytes at most: points belong in a mesh file.")
-        found: dict[str, Any] = _with_files(parse(content.decode("utf-8-sig")), path.parent)
+        found: dict[str, Any] = with_files(parse(content.decode("utf-8-sig")), path.parent)
         return found
     except OSError as error:
         raise InputError(f"Scene file {path} cannot be read: {error.strerror}.") from None
@@ -240,10 +240,10 @@ FILES = frozenset(
 )
 
 
-def _with_files(data: Any, folder: Path, key: str = "") -> Any:
+def with_files(data: Any, folder: Path, key: str = "") -> Any:
     """The contents of a scene file in which names of files come with the folder of the scene; lists of tables too."""
     if isinstance(data, dict):
-        return {name: _with_files(value, folder, f"{key}.{name}" if key else name) for name, value in data.items()}
+        return {name: with_files(value, folder, f"{key}.{name}" if key else name) for name, value in data.items()}
     if isinstance(data, list):
-        return [_with_files(item, folder, key) for item in data]
+        return [with_files(item, folder, key) for item in data]
     return Named(folder, data) if isinstance(data, str) and key in FILES else data

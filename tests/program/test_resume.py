@@ -148,6 +148,8 @@ ADAPTIVE = [pytest.param(name, 1e-2, marks=[pytest.mark.slow] if name != "moored
 @pytest.mark.parametrize(("name", "tolerance"), [*((name, None) for name in SCENES), *ADAPTIVE])
 def test_bit_for_bit(name, scheme, tolerance, tmp_path, few_checkpoints):
     scene = merged(SCENES[name], time__scheme=scheme, time__tolerance=tolerance)
+    if tolerance and "dragged" in name and scheme == "generalized-alpha":
+        scene = merged(scene, time__spectral_radius=0.0)  # with more of it a jerk of the line feeds on every step
     expected = dolfbuoy.simulate(scene)
     steps = len(expected.time) - 1
     if tolerance:

@@ -4,14 +4,16 @@ import tomllib
 from pathlib import Path
 
 import dolfbuoy.scenes
+from dolfbuoy.scene.reading import with_files
 
 #: Keys that are tables or lists of tables.
 TABLES = ("cable", "buoy")
 
 
 def spelled(name) -> dict:
-    """A shipped scene as its file spells it."""
-    return tomllib.loads((Path(dolfbuoy.scenes.__path__[0]) / f"{name}.toml").read_text())
+    """A shipped scene as its file spells it, with the folder of the files that it names."""
+    folder = Path(dolfbuoy.scenes.__path__[0])
+    return with_files(tomllib.loads((folder / f"{name}.toml").read_text()), folder)
 
 
 def respelled(scene: dict) -> dict:
