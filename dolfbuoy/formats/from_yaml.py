@@ -8,8 +8,8 @@
 
 A design of RAFT also has a site, with water_depth, rho_water and g.
 
-The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression; the bed
-is there, and has no stiffness of its own.
+The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression, except
+with an EI, of which MoorPy itself makes nothing; the bed is there, and has no stiffness of its own.
 """
 
 from __future__ import annotations
@@ -32,7 +32,10 @@ LINE_TYPE = {
     "tangential_drag": ("tangential_drag", math.pi),
     "tangential_added_mass": ("tangential_added_mass", 1.0),
     "breaking_load": ("breaking_load", 1.0),
+    "EI": ("bending_stiffness", 1.0),
 }
+#: What a line type of 0 does not have.
+NOTHING = "breaking_load", "tangential_added_mass", "EI"
 #: Other keys that are read, and words about a file.
 POINT = ("name", "type", "location", "mass", "volume", "CdA", "Ca", "vessel")
 LINE = ("name", "endA", "endB", "type", "length")
@@ -215,8 +218,12 @@ class _Reader:
             if value is None and key in ("mass_density", "diameter", "stiffness"):
                 raise InputError(f"line_types, {name}: {key} is missing.")
             size = None if value is None else number(value, f"line_types, {name}: {key}")
-            if size is not None and (size > 0 or key not in ("breaking_load", "tangential_added_mass")):
+            if size is not None and size < 0 and key == "EI":
+                raise InputError(f"line_types, {name}: EI is {size:g}: must be 0 or greater.")
+            if size is not None and (size > 0 or key not in NOTHING):
                 found[own] = factor * size
+        if "bending_stiffness" in found:
+            self.note(f"line_types, {name}: with EI lines carry compression, and their ends are pinned")
         for key, value in row.items():
             if key not in LINE_TYPE and key not in ("name", "cost") and value:
                 self.note(f"line_types, {name}: {key} = {value} is not carried over")
@@ -276,7 +283,8 @@ class _Reader:
         found: dict[str, Any] = {"name": self.parts.of(name), "material": self.types.of(material)}
         found |= {"from": places[ends[0]][0], "to": places[ends[1]][0]}
         found["length"] = number(row.get("length"), f"lines, {name}: length")
-        return found | {"elements": ELEMENTS, "slack": "tension-only"}
+        found["elements"] = ELEMENTS
+        return found if "bending_stiffness" in materials[material] else found | {"slack": "tension-only"}
 
 
 def text_of(row: dict[str, Any], key: str, place: str) -> str:

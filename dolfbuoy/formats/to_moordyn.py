@@ -273,6 +273,8 @@ class _Writer:
                 self.note("elements: MoorDyn's segments of a line are equally long")
             if piece.section.slack == "compressive":
                 self.note("slack: MoorDyn's lines carry no compression, those of this scene do")
+            if piece.section.bending_damping:
+                self.note("bending_damping: MoorDyn's lines have none")
             if any(end.clamp for end in piece.ends):
                 self.note("direction: an end that has one is pinned there, a rod would have to hold it")
             if piece.section.bending_stiffness and self.network.welds:

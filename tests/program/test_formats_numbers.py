@@ -467,6 +467,16 @@ def test_keys_that_are_left_out_are_said_once(change, said):
     assert [note for note in after if note not in before] == [said]
 
 
+def test_a_line_type_that_bends():
+    """EI is carried over, with compression; of MoorPy's own files 0 stands for none."""
+    bent, said = read_yaml(MOORING.replace("breaking_load: 0}", "EI: 1.2e4}"))
+    assert bent["material"]["wire"]["bending_stiffness"] == 1.2e4
+    assert "bending_stiffness" not in bent["material"]["R4_chain"]
+    assert ["slack" in cable for cable in bent["cable"]] == [True, False]
+    assert "line_types, wire: with EI lines carry compression, and their ends are pinned" in said
+    assert read_yaml(MOORING.replace("breaking_load: 0}", "EI: 0}")) == read_yaml(MOORING)
+
+
 def test_moorpys_and_rafts_files_are_read_alike(tmp_path):
     """By name, with the title of the file."""
     pytest.importorskip("yaml")

@@ -135,6 +135,8 @@ def test_wisdem():
     pytest.importorskip("yaml")
     scene, notes = from_wisdem.scene_of(WISDEM)
     load_scene(scene)
+    bent, _ = from_wisdem.scene_of(WISDEM.replace("cost: 3,", "EI: 2e4,"))
+    assert bent["material"]["main"]["bending_stiffness"] == 2e4
     assert (scene["gravity"], scene["sea"]) == (9.79, {"depth": 201.0, "density": 1019.0})
     assert scene["material"]["main"] == {
         "line_density": 285.0,

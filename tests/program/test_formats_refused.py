@@ -111,6 +111,14 @@ def test_a_body_of_moordyn(change, words):
         (("-200.5]", "]"), "points, foot 1: location must be [x, y, z]"),
         (("type: vessel", "type: glued"), "points, ship: the type 'glued' is not known: fixed, vessel or free"),
         (("mass_density: 103, ", ""), "line_types, R4 chain: mass_density is missing"),
+        (
+            ("mass_density: 103, ", "mass_density: 103, EI: -1, "),
+            "line_types, R4 chain: EI is -1: must be 0 or greater",
+        ),
+        (
+            ("mass_density: 103, ", "mass_density: 103, EI: stiff, "),
+            "line_types, R4 chain: EI is 'stiff', which is no number",
+        ),
         (("name: clump", "name: ship"), "points: 'ship' is given twice"),
         (
             ("water_depth: 202", "water_depth: 102"),
