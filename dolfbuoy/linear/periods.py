@@ -87,11 +87,18 @@ def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[st
 
 
 def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]]:
-    """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice."""
+    """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice.
+
+    Next to some of these ARPACK may find none, where hundreds of like lines have hundreds of like modes.
+    """
     radiated, known = Radiated(found), list[complex]()
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
-        for root, vector in zip(*(x.T for x in modes_near(found, 1j * omega)), strict=True):
+        try:
+            modes = modes_near(found, 1j * omega)
+        except SolveError:
+            continue
+        for root, vector in zip(*(x.T for x in modes), strict=True):
             twice = any(abs(root - other) < 1e-6 * abs(root) for other in known) if radiated.there else False
             if 2 * math.pi / LONGEST < root.imag < 2 * math.pi / SHORTEST and not twice:
                 known.append(root)

@@ -18,11 +18,13 @@ PER_UNKNOWN, PER_BUOY = 1.9e3, 0.7e6
 
 
 def check_feasible(scene: Scene) -> None:
-    """Refuse what cannot be: an inextensible cable that is too short, a buoy that sinks, a mass that is not positive.
+    """Refuse what cannot be: more than memory holds, an inextensible cable that is too short, a buoy that sinks, a mass
+    that is not positive.
 
     Raises InputError with one sentence.
     """
     network = scene.network
+    _check_memory(network, MPI.COMM_WORLD.size)
     if scene.sea is not None:
         _check_effective_masses(scene)
         for name in network.buoys:
@@ -125,17 +127,21 @@ def hanging_weight(scene: Scene, buoy: str) -> float:
 
 def check_size(scene: Scene, comm: MPI.Comm) -> None:
     """Refuse more ranks than elements, and more elements or buoys than memory holds.  Raises InputError."""
-    network = scene.network
-    cells = [number_of_cells(piece.section.elements) for piece in network.pieces]
-    if cells and comm.size > sum(cells):
+    cells = sum(number_of_cells(piece.section.elements) for piece in scene.network.pieces)
+    if scene.cables and comm.size > cells:
         raise InputError(
-            f"cable.elements = {sum(cells)}: must be at least the number of MPI ranks of this run, {comm.size}."
+            f"cable.elements = {cells}: must be at least the number of MPI ranks of this run, {comm.size}."
         )
+    _check_memory(scene.network, comm.size)
+
+
+def _check_memory(network: Network, ranks: int) -> None:
+    cells = [number_of_cells(piece.section.elements) for piece in network.pieces]
     degrees = [(piece.section.position_degree, piece.section.tension_degree) for piece in network.pieces]
     unknowns = (n * (3 * mu + nu + 1) for n, (mu, nu) in zip(cells, degrees, strict=True))  # but for a node of each
     lines = sum(unknowns) * PER_UNKNOWN
     buoys = len(network.buoys) * PER_BUOY
-    needed, here = (lines + buoys) / comm.size, memory()
+    needed, here = (lines + buoys) / ranks, memory()
     if needed > here:
         what = f"cable.elements = {sum(cells)}" if lines > buoys else f"buoy: {len(network.buoys)} tables"
         raise InputError(

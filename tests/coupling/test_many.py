@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from dynamics_helpers import running
 from mpi4py import MPI
+from scipy.sparse.linalg import ArpackNoConvergence
 
 from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
+from dolfbuoy.linear import periods
 from dolfbuoy.model import feasible
 from dolfbuoy.results import figures
 from dolfbuoy.solver import loops
@@ -120,12 +122,49 @@ def test_more_elements_than_memory_holds(count):
     assert time.monotonic() - begin < 5
 
 
-def test_more_buoys_than_memory_holds(monkeypatch):
-    """One sentence."""
+@pytest.mark.parametrize("ask", [solve_static, simulate, check])
+def test_more_buoys_than_memory_holds(ask, monkeypatch):
+    """One sentence, before any of them is looked at."""
     monkeypatch.setattr(feasible, "memory", lambda: 5 * feasible.PER_BUOY)
     feasible.check_size(load_scene(buoys_at(range(5), "regular")), MPI.COMM_SELF)
+    monkeypatch.setattr(feasible, "float_upright", lambda *given: pytest.fail("a draft was computed"))
     with pytest.raises(InputError, match=r"^buoy: 6 tables in all: must be fewer, they take"):
-        solve_static(buoys_at(range(6), "regular"))
+        ask(buoys_at(range(6), "regular"))
+
+
+#: Lines from 10 m around to one buoy, so that there are hundreds of modes alike.
+AROUND = {"sea": {"depth": 20.0}, "buoy": {"hull": [[0.0, 3.0], [5.0, 3.0]], "mass": 1000.0}}
+
+
+def around(count):
+    angles, line = 2 * np.pi * np.arange(count) / count, LINE | {"length": 25.0, "elements": 4, "to": "buoy"}
+    places = np.column_stack([10 * np.cos(angles), 10 * np.sin(angles), np.full(count, -20.0)]).tolist()
+    return AROUND | {"cable": [line | {"name": f"c{k}", "anchor": place} for k, place in enumerate(places)]}
+
+
+def test_modes_that_are_not_found_next_to_one_frequency(monkeypatch):
+    """Periods of the buoy are then those found next to the others."""
+    found, called, eigs = check(around(3)).periods, [], periods.eigs
+
+    def one_fails(*given, **how):
+        called.append(how)
+        if len(called) == 3:
+            raise ArpackNoConvergence("none", np.zeros(0), np.zeros((0, 0)))
+        return eigs(*given, **how)
+
+    monkeypatch.setattr(periods, "DENSE", 0)
+    monkeypatch.setattr(periods, "eigs", one_fails)
+    assert check(around(3)).periods == pytest.approx(found, rel=1e-6)
+    assert len(called) == len(periods.FREQUENCIES)
+
+
+@pytest.mark.slow
+def test_check_of_hundreds_of_lines():
+    """Rows of each line, whatever modes are found among hundreds alike: those of the buoy are of one of the whole."""
+    report = check(around(300))
+    names = [name for name, *_ in report.numbers]
+    assert all(any(name.startswith(f"c{k}: ") for name in names) for k in range(300))
+    assert any(name.startswith("buoy, ") for name in report.periods)
 
 
 def test_figures_of_the_largest(tmp_path, monkeypatch):
