@@ -2,7 +2,7 @@
 
     chain GRADE studless|studlink SIZE mm [less CORROSION mm]
     wire SIZE mm, wire IWRC SIZE mm, polypropylene SIZE mm
-    polyester|nylon|HMPE SIZE mm [at LOAD %]
+    polyester|nylon|HMPE SIZE mm [at LOAD %], aramid SIZE mm
 
 SIZE is the nominal diameter d: the bar of a chain, the rope.  A scene that names one gets a [material.NAME] with its
 numbers, and is complete without this module; what a cable or segment gives itself counts before it.
@@ -17,7 +17,9 @@ numbers, and is complete without this module; what a cable or segment gives itse
   load, EA = (alpha + beta LOAD/100) MBL.
 - Six-strand wire with a wire core (IWRC) and polypropylene (eight strands).  Mass, breaking load and stiffness: Orcina,
   OrcaFlex help, "Rope/wire"; they displace their steel or fibre.  IWRC breaks within 1 % of EN 12385-4, grade 1770.
-- No aramid: no public source of mass, strength and stiffness by diameter was found.
+- Aramid: an estimate for parallel yarns in a sheath.  Fibre, 0.33 d^2, sheath and the water in it as in Parafil ropes
+  of polyester (Linear Composites, Technical Note PF1, 20 to 60 mm); it breaks at 1926 N/mm^2 of fibre (C. J. Burgoyne);
+  density 1440 kg/m^3 and modulus, 78 N/tex, of Kevlar 49 (Tension Technology, yarn properties).
 - Internal damping c/EA, along the line.  Chosen, not measured: none along a chain or a wire was found.  Of what
   is chosen where results were compared with measurements, 1.9 ms is the chain of Hall and Goupee 2015 (753.6 MN, 1e8
   Pa s, 133.76 mm), and 0.2 ms a chain of a model (2 N s, 10 kN: Bergdahl et al. 2015, after Lindahl).  With 5 ms the
@@ -34,6 +36,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import InputError
+from .floats import with_float
 from .mesh_file import Named, inside
 
 #: c [kN/mm^2].
@@ -64,11 +67,12 @@ ROPES = {
     "polyester": Rope(679.0, 308e6, 14.0, 679.0 / 1380.0, dynamic=(11.6, 40.0)),
     "nylon": Rope(585.0, 207e6, 5.0, 585.0 / 1140.0, cubic=230e6, dynamic=(2.08, 39.0)),
     "HMPE": Rope(496.0, 580e6, 56.0, 496.0 / 975.0, cubic=651e6, dynamic=(59.0, 54.0)),
+    "aramid": Rope(775.0, 0.33 * 1926e6, 78 * 1.44e9 / 1926e6, 0.635, source="estimate by Parafil PF1 and Kevlar 49"),
     "polypropylene": Rope(452.6, 105.990e6, 1.06e9 / 105.990e6, 452.6 / 910.0, source=_ORCINA),
 }
 #: c/EA [s].
 DAMPING = {"chain": 5e-3, "wire": 5e-3, "wire IWRC": 5e-3} | dict.fromkeys(
-    ("polyester", "nylon", "HMPE", "polypropylene"), 10e-3
+    ("polyester", "nylon", "HMPE", "aramid", "polypropylene"), 10e-3
 )
 MOST_LOAD = 60.0  # per cent of the breaking load, mean
 SIZES = 5.0, 250.0  # mm
@@ -86,7 +90,7 @@ _ROPE = re.compile(rf"({'|'.join(ROPES)}) {_SIZE}(?: at (\d+(?:\.\d+)?) %)?")
 _WORDS = ("chain ", *(f"{kind} " for kind in ROPES))
 FORMS = (
     "'chain R3 studless 19 mm', 'chain Q3 studlink 32 mm less 2 mm', 'wire 40 mm', 'wire IWRC 24 mm', "
-    "'polyester 60 mm', 'nylon 24 mm', 'HMPE 40 mm', 'polypropylene 24 mm', 'polyester 60 mm at 20 %'"
+    "'polyester 60 mm', 'nylon 24 mm', 'HMPE 40 mm', 'aramid 30 mm', 'polypropylene 24 mm', 'polyester 60 mm at 20 %'"
 )
 
 
@@ -197,7 +201,7 @@ def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> di
         if not isinstance(table, dict):
             return table
         if isinstance(table.get("segments"), list):
-            table = table | {"segments": [named(segment) for segment in table["segments"]]}
+            table = table | {"segments": [_with_body(named(segment)) for segment in table["segments"]]}
         name = table.get("material")
         keys = own.get(name) or material(name) if isinstance(name, str) and name not in known else None
         if keys is None:
@@ -210,10 +214,19 @@ def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> di
             )
         return table | {"material": place}
 
+    if isinstance(found.get("joint"), list):
+        found["joint"] = [with_float(joint) for joint in found["joint"]]
     if "cable" in found:
         cable = found["cable"]
         found["cable"] = [named(line) for line in cable] if isinstance(cable, list) else named(cable)
     return found | {"material": known} if known else found
+
+
+def _with_body(segment: Any) -> Any:
+    """A segment whose body may be a float of the library."""
+    if not isinstance(segment, dict) or "body" not in segment:
+        return segment
+    return segment | {"body": with_float(segment["body"])}
 
 
 def _own(library: Any, parse: Callable[[str], dict[str, Any]]) -> dict[str, Any]:

@@ -45,6 +45,8 @@ class Body(Section):
     volume: Volume = key("displaced volume", "m^3", default=0.0)
     drag_area: DragArea = key("drag area C_D A", "m^2", default=0.0)
     added_mass: Coefficient = key("added-mass coefficient C_A, on the displaced mass", "1", default=0.0)
+    # last: the name hides that of the type
+    float: str | None = key("name of a float of the library; supplies the keys that are absent here", default=None)
 
 
 class Sinker(Body):

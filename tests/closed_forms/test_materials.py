@@ -2,7 +2,7 @@
 
 Source: breaking loads of IACS UR W22 and W18 as they are printed: R3 to R4 by a manufacturer after DNV-OS-E302, R4S by
 Vicinay (137 mm; a course book of Delft prints load and mass of that bar), R5 by the formula of DNVGL-OS-E302 alone, the
-grades of ships by a chandler after ABS, in inches and pounds; the material library of MoorPy.
+grades of ships by a chandler after ABS, in inches and pounds; the material library of MoorPy; Parafil PF1; Dewey 1999.
 """
 
 import math
@@ -10,10 +10,12 @@ import math
 import pytest
 import tomli_w
 from alone import solve_static
+from every_key import shows
 
 from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
+from dolfbuoy.scene.floats import DENSITY, FLOATS, with_float
 from dolfbuoy.scene.library import material
 
 #: Grade, bar [mm], breaking load [kN] as printed, rounded up or to the nearest.
@@ -132,6 +134,55 @@ def test_polypropylene_beside_a_chandlers(inches, pounds, per_hundred_feet):
     assert 1.0 < mine["line_density"] / mass < 1.15
     assert 1.1 < mine["breaking_load"] / mine["line_density"] / (pounds * 4.4482 / mass) < 1.2
     assert mine["line_density"] < 1000 * mine["area"]  # it floats
+
+
+@pytest.mark.parametrize("size", [20.0, 31.0, 53.0])
+def test_aramid_is_what_its_fibre_and_sheath_are(size):
+    """Ropes of polyester of 20, 31 and 53 mm as Parafil PF1 prints them: fibre in mm^2, kg/m dry and under water.
+
+    Those of aramid hold as much of a heavier fibre.  Kevlar 49 stretches by 1.7 % until it breaks.
+    """
+    mine = material(f"aramid {size:g} mm")
+    fibre, mass, weight = {20.0: (119.6, 0.30, 0.046), 31.0: (318.8, 0.73, 0.093), 53.0: (956.0, 2.15, 0.32)}[size]
+    assert mine["breaking_load"] == pytest.approx(1926 * fibre, rel=0.11)
+    assert mine["line_density"] == pytest.approx(mass + (1440 - 1380) * 1e-6 * fibre, rel=0.04)
+    wet = mine["line_density"] - 1025 * mine["area"]
+    assert wet == pytest.approx(weight + (1440 - 1380) * 1e-6 * fibre, rel=0.08)
+    assert mine["breaking_load"] / mine["axial_stiffness"] == pytest.approx(1926 / 112e3, rel=0.01)
+    assert mine["source"].startswith("estimate")
+
+
+@shows("joint.float", "cable.segments.body.float")
+def test_floats_have_their_buoyancy_and_drag():
+    """Under water by statics: a float on a line pulls with what its catalogue says, 23 and 620 kg."""
+    for name, kg, drag in (("glass 17 in", 23.0, 0.95 * 0.51**2), ("ORE 48 in", 620.0, 0.65 * 1.234**2)):
+        line = {"length": 10.0, "elements": 2, "line_density": 1e-3, "diameter": 1e-3, "to": "up"}
+        found = load_scene({"sea": {"depth": 15.0}, "cable": line, "joint": [{"name": "up", "float": name}]})
+        assert float(solve_static(found).tension_top) == pytest.approx(9.81 * kg, rel=2e-3)
+        (body,) = found.network.bodies.values()
+        assert body.drag_area == pytest.approx(math.pi / 4 * drag, rel=1e-12)
+        assert (body.added_mass, body.float) == (0.5, None)
+        assert load_scene(found.to_dict()) == found
+    two = scene("wire 20 mm", "wire 20 mm")
+    two["cable"]["segments"][0]["body"] = {"float": "sphere 30 in", "drag_area": 2.0}
+    (body,) = load_scene(two).network.bodies.values()
+    assert 1025 * body.volume - body.mass == pytest.approx(160.0)
+    assert (body.drag_area, body.volume) == (2.0, pytest.approx(math.pi / 6 * 0.76**3))
+
+
+def test_every_float_floats_and_weighs_something():
+    for name, one in FLOATS.items():
+        keys = with_float({"float": name})
+        assert keys["mass"] > 0.1 * one.buoyancy, name
+        assert DENSITY * keys["volume"] - keys["mass"] == pytest.approx(one.buoyancy)
+
+
+@pytest.mark.parametrize("name", ["glass 18 in", 3, ["ORE 48 in"]])
+def test_no_such_float(name):
+    joint = [{"name": "up", "float": name}]
+    line = {"length": 10.0, "elements": 2, "line_density": 1.0, "to": "up"}
+    with pytest.raises(InputError, match=r"float = .*must be one of 'ORE 28 in'"):
+        load_scene({"sea": {"depth": 15.0}, "cable": line, "joint": joint})
 
 
 @pytest.mark.parametrize("name", ["chain R4 studlink 40 mm", "wire IWRC 20 mm", "polyester 60 mm", "HMPE 24 mm"])

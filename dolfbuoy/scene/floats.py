@@ -1,0 +1,59 @@
+"""Mooring floats by what they are called in a catalogue.
+
+Net buoyancy in sea water, diameter and drag coefficient: R. K. Dewey, Mooring Design & Dynamics, Marine Models 1 (1999)
+103-157, its database of elements.  Balls displace their volume; a glass one that of the glass, in a hard hat as wide as
+the diameter, which weighs nothing in water.  Mass is what then leaves the buoyancy.  Added mass: 0.5, of a sphere.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from ..errors import InputError
+
+DENSITY = 1025.0  # sea water in which the buoyancies are [kg/m^3]
+
+
+class Float(NamedTuple):
+    """Net buoyancy [kg], diameter that meets the water [m], drag coefficient, that of the ball if it is less [m]."""
+
+    buoyancy: float
+    diameter: float
+    drag: float = 0.65
+    ball: float | None = None
+
+
+FLOATS = {
+    "ORE 28 in": Float(133, 0.71),
+    "ORE 37 in": Float(300, 0.94),
+    "ORE 41 in": Float(433, 1.04),
+    "ORE 48 in": Float(620, 1.234),
+    "ORE 61 in": Float(999, 1.65),
+    "sphere 30 in": Float(160, 0.76),
+    "sphere 54 cm": Float(61, 0.54),
+    "CDMS 1.2 m": Float(682, 1.2, 0.5),
+    "CDMS 2 m": Float(2470, 2.0, 0.5),
+    "Viny 16 in": Float(19, 0.4, 0.6),
+    "glass 12 in": Float(10, 0.343, 0.95, 0.305),
+    "glass 17 in": Float(23, 0.51, 0.95, 0.432),
+}
+
+
+def with_float(table: Any) -> Any:
+    """The keys of a [[joint]] or of the body of a segment with those of the float that it names, under its own.
+
+    Raises InputError for a float that there is not.
+    """
+    if not isinstance(table, dict) or table.get("float") is None:
+        return table
+    name = table["float"]
+    if not isinstance(name, str) or name not in FLOATS:
+        raise InputError(f"float = {name!r}: must be one of {', '.join(map(repr, FLOATS))}.")
+    one = FLOATS[name]
+    volume = math.pi / 6 * (one.ball or one.diameter) ** 3
+    keys = {
+        "mass": DENSITY * volume - one.buoyancy,
+        "volume": volume,
+        "drag_area": one.drag * math.pi / 4 * one.diameter**2,
+        "added_mass": 0.5,
+    }
+    return keys | {key: value for key, value in table.items() if key != "float"}
