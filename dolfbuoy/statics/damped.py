@@ -4,7 +4,10 @@ The inertia rho0 (r - r*)/h^2 holds lines and buoys, with r* where they were (ea
 have gone on to.  A line without tension on the bed stays where it comes to lie, which nothing else determines.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..errors import SolveError
@@ -16,6 +19,40 @@ from ..parallel.ranks import allreduce
 LEFT = 1e-11
 
 
+class Scale(NamedTuple):
+    """Unknowns (n,) that are the places of all that moves in a Problem, a length [m], an acceleration [m/s^2]."""
+
+    places: NDArray[np.int64]
+    length: float
+    acceleration: float
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Scale":
+        """Nodes of all lines, and the centres of buoys that no line moves; the longest line, or hull."""
+        lines, places, mass = problem.lines, [], 0.0
+        for buoy in problem.buoys.values():
+            if not problem.attached_to(buoy):
+                places.append(np.arange(buoy.part.slice.start, buoy.part.slice.stop)[:3])
+        if lines:
+            places.append(lines.node_dofs.ravel())
+            length, mass = lines.longest, lines.section.line_density * lines.longest
+        else:
+            hulls = problem.network.buoys.values()
+            length = max((max(map(max, buoy.hull)) for buoy in hulls if buoy.hull), default=1.0)
+            mass = max(buoy.mass for buoy in hulls)
+        there = np.concatenate(places) if places else np.zeros(0, int)
+        return cls(there, length, problem.scene.gravity or problem.typical_force / mass)
+
+    @property
+    def period(self) -> float:
+        """Period over 2 pi of a pendulum of this length [s]."""
+        return float(np.sqrt(self.length / self.acceleration))  # floats of Python overflow silently
+
+    def farthest(self, problem: Problem, moved: NDArray[np.float64]) -> float:
+        """Largest change of a place on any rank [m], of a change of the unknowns."""
+        return float(allreduce(problem.comm, float(np.abs(moved[self.places]).max(initial=0.0)), MPI.MAX))
+
+
 def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, growth: float = 2.0) -> None:
     """Move to rest from a start near it: steps, each from rest, left after `most` iterations of Newton's method.
 
@@ -24,9 +61,8 @@ def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, gro
     matrix, because nothing holds a slack line on the bed or the surface, this ends after a tenth of the iterations that
     `relax` takes, or not at all.  Raises SolveError.
     """
-    lines, system, newton = problem.lines, problem.system, problem.newton
-    acceleration = problem.scene.gravity or problem.typical_force / (lines.section.line_density * lines.longest)
-    h, last = float(first * np.sqrt(lines.longest / acceleration)), None  # floats of Python overflow silently
+    system, newton, scale = problem.system, problem.newton, Scale.of(problem)
+    h, last = first * scale.period, None
     try:
         for _ in range(steps):
             interruption.check()
@@ -41,11 +77,10 @@ def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, gro
                 h /= growth**2
                 continue
             problem.iterations += iterations
-            moved = np.abs(system.u - before)[lines.node_dofs].max(initial=0.0)
-            farthest = allreduce(problem.comm, float(moved), MPI.MAX)
-            if solved and farthest <= LEFT * acceleration * h**2:
+            farthest = scale.farthest(problem, system.u - before)
+            if solved and farthest <= LEFT * scale.acceleration * h**2:
                 return
-            speed = max(float(farthest) / h, 1e-300)
+            speed = max(farthest / h, 1e-300)
             h *= growth**2 if solved else 1.0 if last is None else min(max(last / speed, 1 / growth), growth)
             last = speed
         raise SolveError(f"after {steps} steps something still moves")
@@ -57,9 +92,8 @@ def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, gro
 
 def relax(problem: Problem, growth: float = 1.5, steps: int = 400, momentum: bool = False) -> None:
     """Move to rest from the present positions; h grows by `growth` from step to step.  Raises SolveError."""
-    lines, system = problem.lines, problem.system
-    acceleration = problem.scene.gravity or problem.typical_force / (lines.section.line_density * lines.longest)
-    h = 1e-2 * np.sqrt(lines.longest / acceleration)
+    system, scale = problem.system, Scale.of(problem)
+    h = 1e-2 * scale.period
     smallest, velocity = 1e-4 * h, np.zeros_like(system.u)
     try:
         for _ in range(steps):
@@ -77,8 +111,7 @@ def relax(problem: Problem, growth: float = 1.5, steps: int = 400, momentum: boo
                     raise
                 continue
             moved = system.u - before
-            farthest = allreduce(problem.comm, float(np.abs(moved[lines.node_dofs]).max(initial=0.0)), MPI.MAX)
-            if farthest <= LEFT * acceleration * h**2:
+            if scale.farthest(problem, moved) <= LEFT * scale.acceleration * h**2:
                 return
             velocity = moved / h if momentum else velocity
             h *= growth

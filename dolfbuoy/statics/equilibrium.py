@@ -23,7 +23,7 @@ from .ways import MOTIONS, WAYS, Way, find_rest
 
 #: A yaw that still changes by less [rad] has been found.
 SETTLED = 1e-11
-#: Torque that is left, relative to what is typical, where a yaw is free.
+#: Torque and force that are left, relative to what is typical, where a yaw or a place is free.
 BALANCED = 1e-8
 
 
@@ -130,9 +130,7 @@ def _on_take_offs(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Prob
     held = {end.name for device in scene.network.take_offs.values() if device.section.holds for end in device.ends}
     calm = scene if scene.network.buoys.keys() <= held else adrift_nowhere(scene)
     problem = make(calm.model_copy(update={"waves": None}), dynamic=False, comm=comm)
-    closed_form(problem).put()
-    problem.iterations, problem.route = problem.newton.solve(), "newton"
-    let_turn(problem)
+    _rest(problem)
     return problem
 
 
@@ -151,7 +149,8 @@ def let_turn(problem: Problem) -> None:
         try:
             problem.iterations += problem.newton.solve()
         except SolveError:
-            if problem.system.residual_by_block()["buoy torque balance"] < BALANCED:
+            left = problem.system.residual_by_block()
+            if max(left["buoy torque balance"], left["buoy position r_C"]) < BALANCED:
                 return  # nothing but the gauge holds it: where it is it may stay
             break
         change = problem.system.u - before

@@ -112,7 +112,7 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
                 raise
             network = replace(network, surface=None)
             found = still.solve(network)
-        if c is not None and not varies(c) and not problem.network.bends:
+        if c is not None and problem.lines and not varies(c) and not problem.network.bends:
             network, found = _in_stream(
                 problem, network, found, lambda drags: easier(still_network(problem, poses, pressure, drags))
             )

@@ -12,12 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..elsewhere import MPI
 from ..errors import SolveError
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..solver.unknowns import array_of
-from .damped import approach, relax
+from .damped import Scale, approach, relax
 from .network import Network
 from .start import closed_form
 
@@ -34,7 +33,7 @@ class Way(NamedTuple):
 
     name: str
     go: Callable[[Problem], None]
-    suits: Callable[[Problem], bool] = lambda problem: True
+    suits: Callable[[Problem], Any] = lambda problem: True
 
 
 def find_rest(problem: Problem, put: Callable[[], None], ways: Sequence[Way]) -> None:
@@ -71,7 +70,7 @@ def is_compressed(problem: Problem) -> bool:
 
     Next to lines that take no compression those that do are struts, which are meant to.
     """
-    if problem.law is not None:
+    if problem.law is not None or not problem.lines:
         return False
     T = problem.system.u[problem.lines.T_dofs[~problem.lines.bends]]
     worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
@@ -111,7 +110,7 @@ def newton(problem: Problem) -> None:
 def directly(problem: Problem) -> None:
     """From the start at once; ends whose direction is far from that of the start are turned there by and by."""
     turns, u = [], problem.system.u
-    for group in problem.lines.groups:
+    for group in problem.lines.groups if problem.lines else ():
         for (piece, end), (direction, _) in group.clamps.items():
             if group.owns_end(piece, end):
                 nodes = group.nodes_of[piece][np.argsort(group.node_s[group.nodes_of[piece]])]
@@ -179,8 +178,8 @@ def _at_rest(problem: Problem) -> None:
         newton(problem)
     except SolveError:
         return
-    far = np.abs(system.u - before)[problem.lines.node_dofs].max(initial=0.0) > SAME * problem.lines.longest
-    if problem.comm.allreduce(far, op=MPI.LOR):
+    scale = Scale.of(problem)
+    if scale.farthest(problem, system.u - before) > SAME * scale.length:
         system.u[:] = before
         system.publish()
         system.evaluate()
@@ -289,13 +288,15 @@ WAYS = (
     Way("current", by_current, lambda problem: problem.scene.current is not None),
     MOTIONS[0],
     Way("bending", by_bending, lambda problem: problem.network.bends),
-    Way("other slack law", by_the_other_law, lambda problem: not problem.network.bends),
+    Way("other slack law", by_the_other_law, lambda problem: problem.lines and not problem.network.bends),
     Way(
         "stiffness",
         by_stiffness,
-        lambda problem: all(group.cable.EA is not None and not group.cable.kinks for group in problem.lines.groups),
+        lambda problem: (
+            problem.lines and all(g.cable.EA is not None and not g.cable.kinks for g in problem.lines.groups)
+        ),
     ),
-    Way("end force", by_end_force, lambda problem: bool(problem.lines.end_loads)),
+    Way("end force", by_end_force, lambda problem: problem.lines and bool(problem.lines.end_loads)),
     Way(
         "end position",
         by_end_position,

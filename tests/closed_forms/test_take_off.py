@@ -191,3 +191,34 @@ def test_a_take_off_that_cannot_be(change, sentence):
     with pytest.raises(InputError, match="take_off") as error:
         load_scene(LIFTED, **{f"take_off__{key}": value for key, value in change.items()})
     assert sentence in str(error.value)
+
+
+FLOAT = {"hull": [[0.0, 0.9], [0.9, 0.9]], "mass": 225.0, "center_of_mass": 0.3, "normal_drag": 0.8}
+SPRING = {"from": [0.0, 0.0, -20.0], "to": "buoy", "stiffness": 500.0, "length": 15.0}
+#: A spring; one that is left only when its end stop holds, far from where it starts; a pull that is always the same.
+HOLDS = {
+    "spring": SPRING,
+    "end stop": SPRING | {"stiffness": 50.0, "longest": 21.0, "stop_stiffness": 1e6},
+    "pretension": {"from": [0.0, 0.0, -20.0], "to": "buoy", "pretension": 500.0},
+}
+
+
+@pytest.mark.parametrize("pushed", [{"external_force": {"force": [250.0, 0.0, 0.0], "height": 0.0}},
+                                    {"current": {"speed": 1.0}}], ids=["force", "current"])  # fmt: skip
+@pytest.mark.parametrize("device", HOLDS.values(), ids=HOLDS)
+def test_a_float_without_lines_that_is_pushed_aside(device, pushed):
+    """On a take-off alone: its pull, weight, buoyancy and what pushes are in balance, by its law along its way."""
+    rest = solve_static({"sea": {"depth": 20.0}, "buoy": FLOAT, "take_off": device} | pushed)
+    length, T = float(rest.take_off_length[0]), float(rest.take_off_tension[0])
+    absent = {"pretension": 0.0, "stiffness": 0.0, "length": 0.0, "damping": 0.0, "quadratic_damping": 0.0}
+    absent |= {"friction": 0.0, "friction_speed": 1.0, "longest": 1e9, "shortest": 0.0, "stop_stiffness": 0.0}
+    assert tension(absent | device, length) == pytest.approx(T, rel=1e-6)
+    tilt = math.radians(float(rest.cone_angle[0]))
+    axis, across = np.array([math.sin(tilt), 0.0, math.cos(tilt)]), np.array([math.cos(tilt), 0.0, -math.sin(tilt)])
+    way = rest.buoy_position.values[0] - 0.3 * axis + [0.0, 0.0, 20.0]
+    drag = 0.5 * 1025.0 * 0.8 * 0.9 * float(rest.submerged_length[0]) * math.cos(tilt) ** 2 * across
+    lift = (float(rest.displaced_mass[0]) - 225.0) * 9.81
+    push = [250.0, 0.0, lift] if "external_force" in pushed else drag + [0.0, 0.0, lift]
+    assert (tilt > 0.05) == ("current" in pushed)  # a force on the keel leaves it upright
+    assert length == pytest.approx(np.linalg.norm(way), rel=1e-9)
+    np.testing.assert_allclose(T * way / length, push, atol=1e-5 * T)
