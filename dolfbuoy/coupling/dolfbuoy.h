@@ -6,6 +6,7 @@
 
 #ifndef DOLFBUOY_H
 #define DOLFBUOY_H
+#include <stddef.h>
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -55,6 +56,11 @@ int dolfbuoy_elevation(dolfbuoy *session, const double *points, int count, doubl
 int dolfbuoy_save(dolfbuoy *session, int *number);
 int dolfbuoy_restore(dolfbuoy *session, int number);
 int dolfbuoy_forget(dolfbuoy *session, int number);
+
+/* A kept instant as bytes, which another session of the same scene, in any process, makes an instant of its own of:
+   pack with bytes NULL sets their count only, else they must have room for it. */
+int dolfbuoy_pack(dolfbuoy *session, int number, unsigned char *bytes, size_t *count);
+int dolfbuoy_unpack(dolfbuoy *session, const unsigned char *bytes, size_t count, int *number);
 
 /* What the latest function that failed has to say; one sentence, which stays until the next call. */
 const char *dolfbuoy_message(dolfbuoy *session);

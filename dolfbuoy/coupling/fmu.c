@@ -38,6 +38,7 @@ typedef struct {
     void *environment;
     log_function *log;
     instant now;
+    bool open;                  /* the session is */
 } component;
 
 static status judged(component *c, int code)
@@ -132,22 +133,32 @@ EXPORT status fmi3Reset(component *c)
 {
     const status found = judged(c, dolfbuoy_close(c->session));
     memset(&c->now, 0, sizeof c->now);
+    c->open = false;
     c->now.extrapolation = 1;
     memcpy(c->now.values + X, STARTS, OF_X * sizeof(double));
     c->session = dolfbuoy_create(c->scene);
     return found;
 }
 
-EXPORT status fmi3EnterInitializationMode(component *c, bool tolerant, double tolerance, double start, bool ends, double end)
+static int open_session(component *c)
 {
     int code = 0;
     double before[OF_X + 1];
-    (void)tolerant, (void)tolerance, (void)ends, (void)end;
+    if (c->open)
+        return 0;
     memcpy(before, c->now.values + X, OF_X * sizeof *before);
     for (int k = 0; k < DRIVEN_COUNT && !code; ++k)
         code = dolfbuoy_drive(c->session, DRIVEN[k]);
     code = code ? code : dolfbuoy_init(c->session);
     code = code ? code : dolfbuoy_now(c->session, &c->now.t, before, c->now.values + F);
+    c->open = !code;
+    return code;
+}
+
+EXPORT status fmi3EnterInitializationMode(component *c, bool tolerant, double tolerance, double start, bool ends, double end)
+{
+    const int code = open_session(c);
+    (void)tolerant, (void)tolerance, (void)ends, (void)end;
     c->now.start = start - c->now.t;
     c->now.stale = true;
     return judged(c, code);
@@ -285,6 +296,41 @@ EXPORT status fmi3SetFMUState(component *c, const void *state)
     return judged(c, dolfbuoy_restore(c->session, c->now.number));
 }
 
+/* As bytes: the instant, then the session's own; of the same FMU on the same kind of machine. */
+
+EXPORT status fmi3SerializedFMUStateSize(component *c, const void *state, size_t *size)
+{
+    const int code = dolfbuoy_pack(c->session, ((const instant *)state)->number, NULL, size);
+    *size += sizeof(instant);
+    return judged(c, code);
+}
+
+EXPORT status fmi3SerializeFMUState(component *c, const void *state, uint8_t *bytes, size_t size)
+{
+    const instant *kept = state;
+    size_t room = size - sizeof *kept;
+    if (size < sizeof *kept)
+        return ERROR;
+    memcpy(bytes, kept, sizeof *kept);
+    return judged(c, dolfbuoy_pack(c->session, kept->number, bytes + sizeof *kept, &room));
+}
+
+EXPORT status fmi3DeserializeFMUState(component *c, const uint8_t *bytes, size_t size, void **state)
+{
+    int code = size < sizeof(instant) ? -1 : open_session(c), number = 0;
+    instant *kept = *state;
+    code = code ? code : dolfbuoy_unpack(c->session, bytes + sizeof *kept, size - sizeof *kept, &number);
+    if (code)
+        return judged(c, code);
+    if (kept)
+        dolfbuoy_forget(c->session, kept->number);
+    else if (!(kept = *state = malloc(sizeof *kept)))
+        return ERROR;
+    memcpy(kept, bytes, sizeof *kept);
+    kept->number = number;
+    return kept->inputs < 0 || kept->inputs > KNOWN || kept->extrapolation < 0 || kept->extrapolation >= KNOWN ? ERROR : OK;
+}
+
 /* -- what there is nothing of --------------------------------------------------------------------------------------- */
 
 #define ABSENT(name) EXPORT status fmi3##name(void) { return ERROR; }
@@ -298,7 +344,6 @@ EITHER(Boolean) EITHER(String) EITHER(Binary) EITHER(Clock)
 EITHER(IntervalDecimal) EITHER(IntervalFraction) EITHER(ShiftDecimal) EITHER(ShiftFraction)
 ABSENT(EnterEventMode) ABSENT(EnterConfigurationMode) ABSENT(ExitConfigurationMode)
 ABSENT(GetNumberOfVariableDependencies) ABSENT(GetVariableDependencies)
-ABSENT(SerializedFMUStateSize) ABSENT(SerializeFMUState) ABSENT(DeserializeFMUState)
 ABSENT(GetDirectionalDerivative) ABSENT(GetAdjointDerivative) ABSENT(GetOutputDerivatives)
 ABSENT(EvaluateDiscreteStates) ABSENT(UpdateDiscreteStates) ABSENT(ActivateModelPartition)
 ABSENT(EnterContinuousTimeMode) ABSENT(CompletedIntegratorStep) ABSENT(SetTime) ABSENT(SetContinuousStates)

@@ -133,7 +133,7 @@ def description(scene: "Scene", layout: Layout, name: str, token: str) -> bytes:
     facts = {"fmiVersion": "3.0", "modelName": scene.title or name, "instantiationToken": token}
     facts |= {"generationTool": f"dolfbuoy {__version__}", "variableNamingConvention": "flat"}
     root = ElementTree.Element("fmiModelDescription", facts)
-    abilities = ("canGetAndSetFMUState", "canHandleVariableCommunicationStepSize")
+    abilities = ("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize")
     ElementTree.SubElement(root, "CoSimulation", {"modelIdentifier": name} | dict.fromkeys(abilities, "true"))
     units = ElementTree.SubElement(root, "UnitDefinitions")
     for unit, exponents in UNITS.items():

@@ -1,8 +1,16 @@
-"""State of a Session at an instant, and copies of what it holds."""
+"""State of a Session at an instant, copies of what it holds, and bytes that another session of the scene reads."""
 
-from typing import Any, NamedTuple
+import base64
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+from ..errors import InputError
+from .paths import Wrench
+
+if TYPE_CHECKING:
+    from .session import Session
 
 #: What belongs to an instant besides the Simulation.
 OWN = ("_series", "_required", "_targets")
@@ -25,3 +33,60 @@ def copied(tree: Any) -> Any:
     if isinstance(tree, list):
         return [copied(item) for item in tree]
     return tree.copy() if isinstance(tree, np.ndarray) else tree
+
+
+def pack(session: "Session", saved: Saved) -> bytes:
+    """See `Session.pack`."""
+    if saved.mark is not None:
+        raise InputError("pack: the session writes a record, which another one would not go on with.")
+    tree = {"scene": session.scene.to_toml(), "driven": list(session.paths), "state": saved.state, "own": saved.own}
+    return json.dumps(_plain(tree), separators=(",", ":")).encode()
+
+
+def unpack(session: "Session", content: bytes) -> Saved:
+    """See `Session.unpack`.  It runs no code, whoever made the bytes."""
+    try:
+        tree = _tree(json.loads(content))
+        scene, driven, state, own = (tree[name] for name in ("scene", "driven", "state", "own"))
+        own["_required"] = {name: Wrench(*pair) for name, pair in own["_required"].items()}
+        if {*own} != {*OWN, "loads", "functions", "paths"} or not isinstance(state, dict):
+            raise ValueError("parts are missing")
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise InputError("unpack: the bytes are not those of a packed state.") from None
+    if (scene, driven) != (session.scene.to_toml(), list(session.paths)):
+        raise InputError("unpack: the state is of another scene, or of one that drives other things.")
+    if any({*own["paths"].get(name, ())} != {*vars(path)} for name, path in session.paths.items()):
+        raise InputError("unpack: the state is one of another version.")
+    return Saved(id(session), state, -1, own, None)
+
+
+def _plain(tree: Any) -> Any:
+    if tree is None or isinstance(tree, bool | int | float | str):
+        return tree
+    if isinstance(tree, np.ndarray):
+        content = base64.b64encode(np.ascontiguousarray(tree).tobytes()).decode()
+        return {"array": content, "dtype": tree.dtype.str, "shape": list(tree.shape)}
+    if isinstance(tree, np.generic):
+        return _plain(tree.item())
+    if isinstance(tree, list):
+        return [_plain(item) for item in tree]
+    if isinstance(tree, tuple):
+        return {"tuple": [_plain(item) for item in tree]}
+    if isinstance(tree, dict):
+        return {"dict": [[key, _plain(item)] for key, item in tree.items()]}
+    raise InputError("pack: what is moved or loaded by a function of Python cannot be packed: give numbers instead.")
+
+
+def _tree(plain: Any) -> Any:
+    if isinstance(plain, list):
+        return [_tree(item) for item in plain]
+    if not isinstance(plain, dict):
+        return plain
+    if "dict" in plain:
+        return {key: _tree(item) for key, item in plain["dict"]}
+    if "tuple" in plain:
+        return tuple(_tree(item) for item in plain["tuple"])
+    kind = np.dtype(plain["dtype"])
+    if kind.kind not in "biuf":
+        raise ValueError("numbers only")
+    return np.frombuffer(base64.b64decode(plain["array"], validate=True), kind).reshape(plain["shape"]).copy()

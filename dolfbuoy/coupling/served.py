@@ -113,6 +113,17 @@ class Client:
         self._known(number)
         del self._saved[number]
 
+    def pack(self, number: int) -> bytes:
+        """That instant as bytes."""
+        return self.session.pack(self._known(number))
+
+    def unpack(self, content: bytes) -> int:
+        """Keep the instant of such bytes; returns its number."""
+        saved = self.session.unpack(content)
+        self._count += 1
+        self._saved[self._count] = saved
+        return self._count
+
     def _known(self, number: int) -> Saved:
         if number not in self._saved:
             raise InputError(f"number = {number}: must be one that dolfbuoy_save gave, and not forgotten.")
@@ -231,6 +242,19 @@ def serve(ffi: Any) -> None:
     @function
     def forget(client: Client, number: int) -> None:
         client.forget(number)
+
+    @function
+    def pack(client: Client, number: int, content: Any, count: Any) -> None:
+        found = client.pack(number)
+        if content != ffi.NULL:
+            if count[0] < len(found):
+                raise InputError(f"count = {count[0]}: must be {len(found)} bytes at least.")
+            ffi.buffer(content, len(found))[:] = found
+        count[0] = len(found)
+
+    @function
+    def unpack(client: Client, content: Any, count: int, number: Any) -> None:
+        number[0] = client.unpack(bytes(ffi.buffer(content, count)))
 
     @function
     def close(client: Client) -> None:

@@ -32,7 +32,7 @@ from . import names
 from .carried import Carried, vessels_of
 from .forces import Force, state_of
 from .paths import LARGEST, Array, BodyState, Path, Pose, Wrench, numbers_of
-from .saved import OWN, Saved, copied
+from .saved import OWN, Saved, copied, pack, unpack
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -247,6 +247,20 @@ class Session:
         mark = self._recorder.mark() if self._recorder is not None else None
         return Saved(id(self), state, simulation.newton.numbers.assembled, own, mark)
 
+    def pack(self, saved: Saved) -> bytes:
+        """A kept instant as bytes, which `unpack` of another session of this scene reads, in any process.
+
+        Raises InputError where a function of Python moves or loads anything, or the session writes a record.
+        """
+        return pack(self, saved)
+
+    def unpack(self, content: bytes) -> Saved:
+        """The instant that `pack` put in bytes, for `restore` here: what follows is the same, bit for bit.
+
+        Raises InputError for other bytes, or those of another scene or of other driven things.
+        """
+        return unpack(self, content)
+
     def restore(self, saved: Saved) -> None:
         """Be at that instant again, bit for bit: what follows is what would have followed then.
 
@@ -254,6 +268,8 @@ class Session:
         """
         if saved.session != id(self):
             raise InputError("restore: the state is that of another session.")
+        if self._recorder is not None and saved.mark is None:
+            raise InputError("restore: the session writes a record, which a state from elsewhere has no part in.")
         numbers, state = self.simulation.newton.numbers, saved.state
         same = numbers.assembled == saved.assembled  # the matrix has not been made anew since, nor its factors
         if same:
@@ -265,7 +281,7 @@ class Session:
             setattr(self, name, copied(saved.own[name]))
         for name, path in self.paths.items():
             vars(path).update(saved.own["paths"][name])
-        if "loads" in vars(self.simulation.system):
+        if "loads" in vars(self.simulation.system) or np.any(saved.own["loads"]):
             self.simulation.system.loads[:] = saved.own["loads"]
         for name, force in self._forces.items():
             force.stop()

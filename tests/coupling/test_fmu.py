@@ -34,14 +34,15 @@ LONE = merged(MOORED, cable__elements=6, waves__ramp=0.2, time={"end": 1.0, "ste
 class Slave(FMU3Slave):
     """An FMU that is initialized; variables by name."""
 
-    def __init__(self, file, folder, start=0.0):
+    def __init__(self, file, folder, start=0.0, ready=True):
         self.model = fmpy.read_model_description(file)
         self.places = {one.name: one.valueReference for one in self.model.modelVariables}
         kinds = {"guid": self.model.guid, "unzipDirectory": fmpy.extract(file, folder)}
         super().__init__(instanceName="one", modelIdentifier=self.model.coSimulation.modelIdentifier, **kinds)
         self.instantiate()
-        self.enterInitializationMode(startTime=start)
-        self.exitInitializationMode()
+        if ready:
+            self.enterInitializationMode(startTime=start)
+            self.exitInitializationMode()
 
     def read(self, *names):
         return np.array(self.getFloat64([self.places[name] for name in names]))
@@ -64,7 +65,7 @@ def test_the_file_is_valid(line, tmp_path, call):
     assert validate_fmu(str(tmp_path / "legs.fmu")) == []
     with zipfile.ZipFile(line) as file:
         (model,) = ElementTree.fromstring(file.read("modelDescription.xml")).iter("CoSimulation")
-    assert model.get("canGetAndSetFMUState") == "true"
+    assert model.get("canGetAndSetFMUState") == model.get("canSerializeFMUState") == "true"
 
 
 def test_inputs_at_the_end_of_a_step_are_those_of_a_session(line, tmp_path):
@@ -147,6 +148,32 @@ def test_states_are_taken_back_bit_for_bit(line, tmp_path):
         np.testing.assert_array_equal(go(3, 8), straight)
     slave.freeFMUState(here)
     slave.freeInstance()
+
+
+def test_states_go_on_in_another_instance(line, tmp_path):
+    """As bytes; in one that is initialized, and in one that is not yet; other bytes are refused."""
+
+    def go(slave, begin, end):
+        found = []
+        for k in range(begin, end):
+            slave.write(cable__to__z=-3.5 + 0.01 * np.sin(k))
+            slave.doStep(k * 0.02, 0.02)
+            found.append(slave.read("time", "cable.to.fx", "cable.to.fz", "cable.tension_anchor"))
+        return np.array(found)
+
+    slave = Slave(line, tmp_path / "fmu")
+    go(slave, 0, 3)
+    content = slave.serializeFMUState(slave.getFMUState())
+    straight = go(slave, 3, 8)
+    slave.freeInstance()
+    for ready in (True, False):
+        other = Slave(line, tmp_path / "fmu", ready=ready)
+        other.setFMUState(other.deserializeFMUState(content))
+        np.testing.assert_array_equal(go(other, 3, 8), straight)
+        for wrong in (b"", content[:40], content[:-5], content[:-400] + 400 * b"x", bytes(len(content))):
+            with pytest.raises(Exception, match="fmi3DeserializeFMUState"):
+                other.deserializeFMUState(wrong)
+        other.freeInstance()
 
 
 def test_a_body_of_ones_own_coupled_by_fmi(tmp_path):

@@ -283,6 +283,52 @@ def test_what_is_taken_back_is_done_again_bit_for_bit(scene, scheme, tmp_path):
     same_records(read(tmp_path / "straight" / "results.nc"), read(tmp_path / "back" / "results.nc"))
 
 
+@pytest.mark.parametrize("scheme", ["bdf2", "generalized-alpha"])
+def test_a_packed_instant_goes_on_in_another_session(scheme, tmp_path):
+    """Bit for bit, with its loads and its driven ends; in a scene that says the same."""
+    scene = merged(LONE, time__scheme=scheme)
+
+    def go(s, begin, end):
+        for k in range(begin, end):
+            s.drive("cable.from", [0.0, 0.02 * np.sin(k), -20.0])
+            s.step()
+        return s.simulation.system.u.copy()
+
+    with Session(scene, driven="cable.from") as s:
+        s.load("buoy", [300.0, 0.0, 0.0])
+        go(s, 0, 4)
+        content = s.pack(s.save())
+        straight = go(s, 4, 9)
+    with Session(scene, driven="cable.from") as s:
+        s.step(0.007)
+        s.restore(s.unpack(content))
+        np.testing.assert_array_equal(go(s, 4, 9), straight)
+        with pytest.raises(InputError, match="a packed state"):
+            s.unpack(content[:-1])
+        s.load("buoy", lambda t, state: [0.0, 0.0, 0.0])
+        with pytest.raises(InputError, match="function of Python"):
+            s.pack(s.save())
+    for other, driven in ((merged(scene, waves__amplitude=0.3), "cable.from"), (scene, ())):
+        with Session(other, driven=driven) as s, pytest.raises(InputError, match="another scene"):
+            s.unpack(content)
+    with Session(scene, tmp_path, driven="cable.from") as s:
+        with pytest.raises(InputError, match="writes a record"):
+            s.restore(s.unpack(content))
+        with pytest.raises(InputError, match="writes a record"):
+            s.pack(s.save())
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{}", b"[1]", b'{"dict": 3}', b"[" * 100000, b'{"dict":[["scene",1]]}', b"\xff\xfe",
+     b'{"array": "QUJD", "dtype": "O", "shape": [1]}',
+     b'{"dict":[["scene",""],["driven",[]],["state",1],["own",{"dict":[]}]]}'],
+)  # fmt: skip
+def test_what_is_no_packed_instant(content):
+    with Session(LINE) as s, pytest.raises(InputError, match="not those of a packed state"):
+        s.unpack(content)
+
+
 def test_a_record_on_disk_is_cut_too(tmp_path):
     with Session(LONE, tmp_path / "straight") as s:
         for _ in range(20):
