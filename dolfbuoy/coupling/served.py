@@ -114,7 +114,7 @@ class Client:
         del self._saved[number]
 
     def pack(self, number: int) -> bytes:
-        """That instant as bytes."""
+        """The instant of that number as bytes."""
         return self.session.pack(self._known(number))
 
     def unpack(self, content: bytes) -> int:
