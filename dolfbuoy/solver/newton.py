@@ -5,7 +5,8 @@ Newton's increments shrink by a factor instead of squaring.  Such an iteration c
 or less, so that keeping them pays while the factor is small.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,14 +37,15 @@ class SolverOptions:
     """
 
     def __init__(self, scene: dict[str, Any] | None = None) -> None:
-        self.scene = dict(scene or {})
+        self.scene, self.whole_steps = dict(scene or {}), False
         self._in_database: list[str] = []
         # a number in a prefix makes PETSc look up every option twice
         self._prefix = f"dolfbuoy_{''.join(chr(ord('a') + int(digit)) for digit in str(id(self)))}_"
 
     def apply(self, snes: Any) -> None:
         """Let a SNES read them.  Raises InputError for what PETSc refuses."""
-        db, options = PETSc.Options(), {"snes_linesearch_type": "bt", **self.scene}
+        search = "basic" if self.whole_steps else "bt"
+        db, options = PETSc.Options(), {"snes_linesearch_type": search, **self.scene}
         snes.setOptionsPrefix(self._prefix)
         self._in_database = [self._prefix + key for key in options]
         for key, value in zip(self._in_database, options.values(), strict=True):
@@ -148,6 +150,17 @@ class Newton:
         """
         self.begin()
         return self.end()
+
+    @contextmanager
+    def whole_steps(self) -> Iterator[None]:
+        """Without a line search, unless the scene's own options have one."""
+        self.options.whole_steps = True
+        self.options.apply(self.snes)
+        try:
+            yield
+        finally:
+            self.options.whole_steps = False
+            self.options.apply(self.snes)
 
     def approach(self, most: int) -> tuple[int, bool]:
         """At most so many iterations from `u`, which then holds where they ended: their number, and whether that is a

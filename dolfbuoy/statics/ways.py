@@ -26,6 +26,8 @@ ROUNDING = 1e-9
 SAME = 1e-6
 #: Angle [rad] by which the direction of an end may differ from that of a start, for Newton to find the nearest shape.
 FAR = 1.0
+#: Whole steps of Newton's method after which it is given up.
+STRAIGHT = 12
 
 
 class Way(NamedTuple):
@@ -143,6 +145,16 @@ def by_current(problem: Problem) -> None:
             sea.scale_current(x)
 
     march(problem, scale)
+
+
+def by_whole_steps(problem: Problem) -> None:
+    """From the start at once, without a line search: residuals of stiff lines far from their directions at clamps grow
+    before they shrink."""
+    with problem.newton.whole_steps():
+        iterations, solved = problem.newton.approach(STRAIGHT)
+    if not solved:
+        raise SolveError(f"no solution within {STRAIGHT} whole steps")  # farther it may come to rest anywhere
+    problem.iterations += iterations
 
 
 def by_bending(problem: Problem) -> None:
@@ -281,6 +293,7 @@ MOTIONS = (
 #: In the order in which they are tried.
 WAYS = (
     Way("newton", directly),
+    Way("whole steps", by_whole_steps, lambda problem: problem.network.bends),
     *(
         Way(f"large steps{more}", partial(by_approach, first=first), lambda problem: problem.law is not None)
         for more, first in (("", 1.0), (", smaller first", 0.1))

@@ -9,12 +9,15 @@ import math
 
 import numpy as np
 import pytest
+from mpi4py import MPI
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from dolfbuoy import InputError, load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.errors import SolveError
 from dolfbuoy.results.tables import groups
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 from dolfbuoy.studies.accuracy import bent
 
 G = 10.0
@@ -62,17 +65,17 @@ def test_elastica(force, degree):
     """A dead load across the tip: place of the tip and moment at the root, of order 2 mu."""
     x, z, moment, _ = ELASTICA[force]
     errors = []
-    for elements in (8, 16) if degree < 4 else (6, 12):
+    for elements in {2: (16, 32), 4: (6, 12)}.get(degree, (8, 16)):
         rest = solve_static(rod(10.0, 1000.0, elements, degree, **pulled(force)))
         errors.append(np.hypot(end(rest)[0] - x, end(rest)[2] - z) / 10)
-    assert errors[1] < (4e-3, 2e-5, 1e-7, 1e-8)[degree - 1]
+    assert errors[1] < (4e-3, 1e-6, 1e-7, 1e-8)[degree - 1]
     assert math.log2(errors[0] / errors[1]) > 2 * degree - 0.5
-    assert rest.anchor_moment.item() == pytest.approx(moment, rel=(2e-2, 2e-4, 2e-6, 1e-6)[degree - 1])
+    assert rest.anchor_moment.item() == pytest.approx(moment, rel=(2e-2, 1e-6, 1e-6, 1e-6)[degree - 1])
     assert rest.anchor_force.values[0] == pytest.approx([0.0, 0.0, -force], abs=1e-9 * force)
 
 
 def test_buckled_column():
-    """Pinned ends 7 m apart, from a bow of the right length."""
+    """Pinned ends 7 m apart, from a bow of the right length; moments between the ends have a lower order than there."""
     s = np.linspace(0.0, 1.0, 81)
 
     def bow(height):
@@ -97,8 +100,8 @@ def test_arc(angle):
     ends = {"from_end": direction(0.0), "to_end": direction(angle), "top": {"kind": "free"}}
     rest = solve_static(rod(10.0, 1000.0, 16, 3, points=circle.tolist() if angle > 180 else None, **ends))
     expected = [radius * math.sin(turned), 0.0, radius * (1 - math.cos(turned))]
-    assert end(rest) == pytest.approx(expected, abs=1e-5)
-    assert rest.anchor_moment.item() == pytest.approx(1000.0 / radius, rel=1e-5)
+    assert end(rest) == pytest.approx(expected, abs=1e-6)
+    assert rest.anchor_moment.item() == pytest.approx(1000.0 / radius, rel=1e-6)
     assert rest.min_bend_radius.item() == pytest.approx(radius, rel=2e-5)
 
 
@@ -106,7 +109,7 @@ def test_heavy_cantilever():
     keys = {"from_end": direction(0.0), "top": {"kind": "free"}}
     rest = solve_static(rod(20.0, 20000.0, 16, 3, 50.0, **keys))
     assert end(rest)[[0, 2]] == pytest.approx([8.90464104481, -16.5976288688], rel=1e-6)
-    assert rest.anchor_moment.item() == pytest.approx(5761.53258583, rel=1e-5)
+    assert rest.anchor_moment.item() == pytest.approx(5761.53258583, rel=1e-6)
     assert rest.anchor_force.values[0, 2] == pytest.approx(1000.0, rel=1e-12)
 
 
@@ -145,6 +148,8 @@ def test_clamped_catenary():
     assert rest.end_tension.values[0, 0] == pytest.approx(9052.87940161, rel=1e-5)
     assert rest.tension_top.item() == pytest.approx(15031.7871679, rel=1e-5)
     assert [rest.anchor_moment.item(), rest.end_moment.item()] == pytest.approx([10828.4974675] * 2, rel=1e-3)
+    inside = rest.curvature.values[(rest.s.values > 10) & (rest.s.values < 110)].max()
+    assert 1e4 * inside == pytest.approx(220.687855873, rel=1e-3)
 
 
 @pytest.mark.parametrize("k", [1e2, 1e4, 1e6])
@@ -186,15 +191,18 @@ CURVATURES = {
 }
 
 
-@pytest.mark.parametrize("name", RISERS)
-def test_on_a_soft_bed(name):
-    """Segments go on into each other without a kink; on a Winkler bed of stiffness k [N/m per metre]."""
+@pytest.mark.parametrize(("name", "per_metre"), [("riser", 1), ("lazy wave", 1), ("lazy wave", 2)])
+def test_on_a_soft_bed(name, per_metre):
+    """Segments go on into each other without a kink; on a Winkler bed of stiffness k [N/m per metre].
+
+    A metre is 1.6 bending lengths of the lazy wave at its touchdown: what is local there is good to 1e-3 with half.
+    """
     segments, reach, stiffness, angle, k, H, V, moment = RISERS[name]
     area, diameter = 0.01, 0.1
     pieces = []
     for length, weight in segments:
         buoyant = 0.05 if weight < 0 else area
-        pieces.append({"length": length, "elements": int(length), "area": buoyant})
+        pieces.append({"length": length, "elements": per_metre * int(length), "area": buoyant})
         pieces[-1]["line_density"] = (weight + 1025 * buoyant * G) / G
     pieces[-1]["grading"] = 0.05  # at the clamp elements must be shorter than sqrt(EI/T)
     cable = {
@@ -215,8 +223,12 @@ def test_on_a_soft_bed(name):
     for (begin, end), curvature in CURVATURES[name]["largest"].items():
         assert bent[(s >= begin) & (s <= end)].max() == pytest.approx(curvature, rel=1e-3)
     at, touching = CURVATURES[name]["touchdown"]
-    assert stiffness * np.interp(at, s, bent) == pytest.approx(touching, rel=1e-2)  # where it is steep
-    assert deepest == pytest.approx(CURVATURES[name]["deepest"], rel=3e-3)
+    fine = name == "riser" or per_metre == 2
+    apart = np.append(True, np.diff(s) > 1e-9)
+    between = CubicSpline(s[apart], stiffness * bent[apart])  # nodes are too far apart for straight lines
+    assert between(at) == pytest.approx(touching, rel=2e-3 if fine else 1e-2)
+    assert deepest == pytest.approx(CURVATURES[name]["deepest"], rel=1e-3 if fine else 3e-3)
+    assert rest.length_on_bed.item() == pytest.approx(at, rel=1e-3)
 
 
 # -- limits that need no theory ----------------------------------------------------------------------------------------
@@ -313,6 +325,31 @@ def test_soft_lines_are_cables():
     assert pinned[1] / pinned[0] == pytest.approx(10.0, rel=0.1)
     assert abs(solve_static(clamped_catenary(40, 2, 1e-6)).end_tension.values[0, 0] / H - 1) < 1e-6
     assert "curvature" not in solve_static(cable)
+
+
+@pytest.mark.parametrize(("stiffness", "most"), [(1e-6, 3), (1.0, 6), (1e2, 8), (1e4, 10), (1e6, 10)])
+def test_newton_from_the_cable(stiffness, most):
+    """Clamps 52 degrees off the catenary, far more elements than the layer there needs: without a way round for any EI;
+    where the line search would stay behind, by whole steps.  The stiffest has the force of Kirchhoff's equations."""
+    problem = solve_equilibrium(load_scene(clamped_catenary(320, 2, stiffness)), MPI.COMM_SELF)
+    assert problem.route in ("newton", "whole steps")
+    assert problem.iterations <= most
+    force = np.linalg.norm(problem.end_force(0, 1))
+    problem.destroy()
+    if stiffness == 1e6:
+        assert force == pytest.approx(math.hypot(bent.hanging(stiffness)[0], 12000.0), rel=1e-7)
+
+
+def test_a_soft_clamp_is_felt_by_the_root_of_its_stiffness():
+    """Elements of a twentieth of the bending length at the clamps."""
+    cable = rod(120.0, 0.0, 240, 2, 200.0, top={"kind": "fixed", "position": [100.0, 0.0, 0.0]})
+    H = solve_static(cable).end_tension.values[0, 0]
+    off = []
+    for EI in (1.0, 1e2):
+        layer = math.sqrt(EI / H)
+        ends = [[10 * layer, 40], [120 - 20 * layer, 240], [10 * layer, 40]]
+        off.append(solve_static(clamped_catenary(ends, 2, EI)).end_tension.values[0, 0] / H - 1)
+    assert off[1] / off[0] == pytest.approx(10.0, rel=0.1)
 
 
 def test_lines_that_bend_and_lines_that_do_not():
