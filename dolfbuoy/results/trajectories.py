@@ -271,6 +271,9 @@ def curvature(record: xr.Dataset, scene: Scene) -> Figure:
     largest = next((record[name].values for name in _LARGEST if name in record), values.max(axis=0))
     if not largest.any():
         raise Missing("It does not bend.")
+    # a column's curvature would leave its power of ten above the axis
+    unit, factor = ("1/m", 1.0) if largest.max() > 1e-2 else ("1/km", 1e3)
+    values, largest = factor * values, factor * largest
     figure = new_figure(COLUMN, 2.6)
     axes = figure.subplots()
     axes.fill_between(s, values.min(axis=0), largest, color=COLORS["sky"], alpha=0.25, lw=0)
@@ -279,12 +282,12 @@ def curvature(record: xr.Dataset, scene: Scene) -> Figure:
     begin, number = 0.0, int(np.atleast_1d(record.cable_of_node.values)[0])
     for section in scene.network.sections_of(number):
         if section.minimum_bend_radius is not None:
-            allowed = [1 / section.minimum_bend_radius] * 2
+            allowed = [factor / section.minimum_bend_radius] * 2
             label = "allowed" if "allowed" not in axes.get_legend_handles_labels()[1] else None
             axes.plot([begin, begin + section.length], allowed, color=COLORS["blue"], lw=1, label=label)
         begin += section.length
     span = f"all steps and {len(rows)} instants, from {frames[rows][0]:.4g} to {frames[rows][-1]:.4g} s"
-    axes.set(xlabel=f"arc length from the anchor, s [m]\n({span})", ylabel="curvature [1/m]")
+    axes.set(xlabel=f"arc length from the anchor, s [m]\n({span})", ylabel=f"curvature [{unit}]")
     axes.margins(x=0.01)
     legend_above(axes, 3)
     return figure

@@ -186,8 +186,11 @@ def test_power_cable_is_an_elastica_on_springs():
     assert solved.success, solved.message
     assert pytest.approx(solved.p[0], rel=1e-3) == H
     assert float(found.end_moment) == pytest.approx(abs(solved.y[-2, -1]), rel=2e-3)
-    curvature = max(np.abs(solved.y[5 * i + 3]).max() / EI[i] for i in range(n))
-    assert float(found.min_bend_radius) == pytest.approx(1 / curvature, rel=5e-3)
+    # sharpest at the touchdown, at the hog, and below the stiffener
+    bends = [np.abs(solved.y[5 * i + 3]).max() / EI[i] for i in range(n)]
+    mine = [found.curvature.values[(s >= a + 1e-6) & (s <= b - 1e-6)].max() for a, b in pairwise(ends)]
+    assert mine[:3] == pytest.approx(bends[:3], rel=5e-3)
+    assert float(found.min_bend_radius) == pytest.approx(1 / max(bends), rel=5e-3)
 
 
 def test_hose_between_buoys_is_an_elastica():
