@@ -84,15 +84,20 @@ def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
     """
     result = {name: _alone(value) if name in SEVERAL else value for name, value in copy.deepcopy(data).items()}
     for key, value in changes.items():
-        names = key.replace("__", ".").split(".")
-        table = result.get(names[0]) if names[0] in SEVERAL else None
-        # a key of the only cable or buoy, which may be called by its name, or counted
-        if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
-            del names[1]
+        names = names_in(key, result)
         before, result = result, _merge(result, names, copy.deepcopy(value))
         if value is None and result == before and not is_key(names):
             raise InputError(f"{'.'.join(names)}: is no key of a scene that could be taken away.")
     return result
+
+
+def names_in(key: str, data: dict[str, Any]) -> list[str]:
+    """The names in a dotted key; without that of the only cable or buoy of the sections, which may also be counted."""
+    names = key.replace("__", ".").split(".")
+    table = data.get(names[0]) if names[0] in SEVERAL else None
+    if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
+        del names[1]
+    return names
 
 
 def _alone(value: Any) -> Any:

@@ -140,7 +140,7 @@ class _Search:
             except InputError:
                 continue  # an output, or nothing: shows in the first run
         self.needs_run = any(name not in self._keys for name in names)
-        if not any(p.key in self._keys for p in parameters) and not self.needs_run:
+        if not {p.key for p in parameters} & {p.key for p in self._keys.values()} and not self.needs_run:
             raise InputError(f"--least {least.text}: nothing in it depends on what varies.")
 
     def least_within(self, start, low, high, free, scale):

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..scene import Scene
 from ..scene.keys import Key, list_keys
 from ..scene.library import material, resized, size_of, sizes_made
-from ..scene.reading import varied
+from ..scene.reading import names_in, varied
 
 #: Sections that say how a scene is computed, not what it is.
 OF_THE_SOLUTION = ("time", "solver", "accuracy", "uncertain", "design")
@@ -100,12 +100,13 @@ def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Paramet
 
     Raises InputError for a key that is no number of the scene.
     """
-    there = dict(_numbers(scene.to_dict()))
+    data = scene.to_dict()
+    there = dict(_numbers(data))
     if by is None:
         smooth = {key: known for key in there if (known := _known(key)) and not _refused(key, known)}
         made = [_parameter(key, (), there[key], known) for key, known in smooth.items() if _counts(key, there[key])]
         return [one for one in _apart(scene, made) if _has_neighbours(scene, one)]
-    found = _apart(scene, [_size(scene, key) or _named(there, key) for key in dict.fromkeys(by)])
+    found = _apart(scene, [_size(scene, key) or _named(there, key, data) for key in dict.fromkeys(by)])
     for one in found:
         for x in (-one.distance, one.distance):
             one.scene_at(scene, x)
@@ -144,8 +145,8 @@ def _has_neighbours(scene: Scene, parameter: Parameter) -> bool:
     return True
 
 
-def _named(there: dict[str, Any], name: str) -> Parameter:
-    parts = name.replace("__", ".").split(".")
+def _named(there: dict[str, Any], name: str, data: dict[str, Any]) -> Parameter:
+    parts = names_in(name, data)
     for count in range(len(parts), 0, -1):
         key, index = ".".join(parts[:count]), parts[count:]
         if key in there and all(part.isascii() and part.isdigit() for part in index):

@@ -11,9 +11,11 @@ from figure_scenes import MOORED, NETWORK
 from mpi4py import MPI
 from respelling import respelled, spelled
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import InputError, load_scene, simulate, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.scene import shipped_scenes
+from dolfbuoy.sensitivity.design import design
+from dolfbuoy.sensitivity.parameters import parameters_of
 
 #: A cable longer than the water is deep under a plain cylinder: it hangs slack, without anything that pulls.
 SLACK = {
@@ -98,3 +100,19 @@ def test_the_same_first_steps(name):
     assert len(record.time) >= 11
     assert math.isclose(float(record.time[-1]), end)
     same(record, respelled_record)
+
+
+@pytest.mark.parametrize("name", [None, "riser"])
+@pytest.mark.parametrize("brackets", [False, True])
+def test_a_key_of_the_only_cable_is_one_number(name, brackets):
+    """Without a name, counted, and by its name: in changes, derivatives and expressions of a design."""
+    cable = MOORED["cable"] | ({"name": name} if name else {})
+    scene = load_scene(MOORED | {"cable": [cable] if brackets else cable})
+    keys = ["cable.length", "cable.0.length", f"cable.{name or 'cable'}.length"]
+    assert {load_scene(scene, **{key: 31.0}).cables[0].length for key in keys} == {31.0}
+    assert {parameter.key for parameter in parameters_of(scene, keys)} == {"cable.length"}
+    for vary, least in ((keys[0], keys[2]), (keys[2], keys[0])):
+        found = design(scene, {vary: (24.0, 30.0)}, least, [f"{keys[1]} > 25"])
+        assert found.scene.cables[0].length == pytest.approx(25.0, rel=1e-6)
+    with pytest.raises(InputError, match=r"^--by cable\.other\.length: is no number of this scene"):
+        parameters_of(scene, ["cable.other.length"])
