@@ -17,6 +17,8 @@ from ..parallel.ranks import allreduce
 
 #: Inertia that is left, relative to the weight.
 LEFT = 1e-11
+#: Forces that are left at rest, relative to what is typical: a short step asks for less than that of its inertia.
+BALANCED = 1e-6
 
 
 class Scale(NamedTuple):
@@ -52,6 +54,19 @@ class Scale(NamedTuple):
         """Largest change of a place on any rank [m], of a change of the unknowns."""
         return float(allreduce(problem.comm, float(np.abs(moved[self.places]).max(initial=0.0)), MPI.MAX))
 
+    def is_rest(self, problem: Problem, farthest: float, h: float) -> bool:
+        """True if a step h [s] has moved no place farther than its inertia allows, and all is in balance without it."""
+        if farthest > LEFT * self.acceleration * h**2:
+            return False
+        _let_go(problem)
+        return max(problem.system.residual_by_block().values()) < BALANCED
+
+
+def _let_go(problem: Problem) -> None:
+    for model in problem.models:
+        model.let_go()
+    problem.newton.set_scales(1.0)
+
 
 def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, growth: float = 2.0) -> None:
     """Move to rest from a start near it: steps, each from rest, left after `most` iterations of Newton's method.
@@ -78,16 +93,14 @@ def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, gro
                 continue
             problem.iterations += iterations
             farthest = scale.farthest(problem, system.u - before)
-            if solved and farthest <= LEFT * scale.acceleration * h**2:
+            if solved and scale.is_rest(problem, farthest, h):
                 return
             speed = max(farthest / h, 1e-300)
             h *= growth**2 if solved else 1.0 if last is None else min(max(last / speed, 1 / growth), growth)
             last = speed
         raise SolveError(f"after {steps} steps something still moves")
     finally:
-        for model in problem.models:
-            model.let_go()
-        newton.set_scales(1.0)
+        _let_go(problem)
 
 
 def relax(problem: Problem, growth: float = 1.5, steps: int = 400, momentum: bool = False) -> None:
@@ -111,12 +124,10 @@ def relax(problem: Problem, growth: float = 1.5, steps: int = 400, momentum: boo
                     raise
                 continue
             moved = system.u - before
-            if scale.farthest(problem, moved) <= LEFT * scale.acceleration * h**2:
+            if scale.is_rest(problem, scale.farthest(problem, moved), h):
                 return
             velocity = moved / h if momentum else velocity
             h *= growth
         raise SolveError(f"after {steps} steps of a damped motion something still moves")
     finally:
-        for model in problem.models:
-            model.let_go()
-        problem.newton.set_scales(1.0)
+        _let_go(problem)

@@ -289,3 +289,15 @@ def test_a_motion_has_an_end_and_can_be_interrupted(monkeypatch):
         damped.relax(problem)
     assert problem.lines.relaxation.value == 0
     problem.destroy()
+
+
+def test_a_step_that_moves_nothing_is_no_rest():
+    """So short a step may ask for nothing: all has to be in balance without its inertia too."""
+    problem = solve_equilibrium(load_scene(tail()), MPI.COMM_SELF)
+    scale = damped.Scale.of(problem)
+    assert scale.is_rest(problem, farthest=0.0, h=1e-3)
+    assert not scale.is_rest(problem, farthest=1e-3, h=1e-3)
+    problem.system.u[problem.buoy.part.slice][2] += 0.01
+    problem.system.publish()
+    assert not scale.is_rest(problem, farthest=0.0, h=1e-3)
+    problem.destroy()
