@@ -1,12 +1,15 @@
 """Lines that bend, at rest: the length over which a direction at an end is felt, its moment, the sharpest bend."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..meshes import cable_nodes
+from ..model.attachment import CLAMPED
 from ..model.problem import Problem
+from ..parallel.ranks import bcast
 from ..results.bending import Bending
 
 if TYPE_CHECKING:
@@ -16,6 +19,18 @@ if TYPE_CHECKING:
 LONGEST_AT_CLAMP = 0.5, 1.0, 2.0
 #: Bending lengths of a piece beyond which nothing of the other end is felt at a clamp.
 FAR = 5
+
+
+def direction_there(problem: Problem, piece: int, end: int) -> NDArray[Any]:
+    """The direction that an end is given, in space, on every rank; of a buoy it is R(q_4) t_0."""
+    holder = problem.network.pieces[piece].ends[end]
+    if holder.kind != "buoy":
+        return np.array(holder.clamp.unit) if holder.clamp else np.zeros(3)
+    attachment = next(a for a in problem.attachments if (a.piece, a.end) == (piece, end))
+    there = attachment.clamp if attachment.buoy else None
+    mine = None if there is None else CLAMPED.of(problem.system.u[there.slice]).direction
+    found: NDArray[Any] = bcast(problem.comm, mine, attachment.rank)
+    return found
 
 
 def bent_at_rest(problem: Problem, report: "Report") -> None:
@@ -43,8 +58,8 @@ def bent_at_rest(problem: Problem, report: "Report") -> None:
                 f"The element at the {side} end ({h:.3g} m) is too long for the bending length {felt:.3g} m: "
                 f"the moment there is right to 1 % with elements of {longest:.2g} m, by a grading or a short segment.",
             )
-            if end.held and end.clamp.rotational_stiffness is None and c.length > FAR * felt:
-                cosine = (2 * i - 1) * float(force @ end.clamp.unit) / T
+            if end.clamp.rotational_stiffness is None and c.length > FAR * felt:
+                cosine = (2 * i - 1) * float(force @ direction_there(problem, k, i)) / T
                 angle = math.acos(min(max(cosine, -1.0), 1.0))
                 moment = 2 * math.sqrt(c.bending_stiffness * T) * math.sin(angle / 2)
                 remark = (
