@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elsewhere import MPI
+from ..parallel.ranks import allreduce
 
 if TYPE_CHECKING:
     from ..model.problem import Problem
@@ -56,6 +57,23 @@ class Bending:
     def curvatures(self) -> NDArray[Any]:
         """Curvature in the nodes of this rank [1/m]."""
         return np.asarray(self._sizes() * self.per_moment)
+
+    def moment_at(self, piece: int, s: float) -> float:
+        """|m| at an arc length of a piece [N m], on every rank; collective."""
+        lines: Any = self.problem.lines
+        group, number = lines.holder(piece)
+        if group.moment_dofs is None:
+            return 0.0
+        s, size = s + group.begins[number], 0.0
+        ends = group.cell_ends[group.cells_of[number]]
+        for low, high in ends[(ends[:, 0] <= s) & (s <= ends[:, 1])][:1]:
+            rim = 1e-9 * (high - low)
+            within = (low - rim < group.node_s) & (group.node_s < high + rim) & (group.line_of_node == number)
+            own = group.node_s[within]
+            basis = [np.prod([(s - b) / (a - b) for b in own if b != a]) for a in own]
+            m = self.problem.system.u[group.part.slice][group.moment_dofs[within]]
+            size = float(np.linalg.norm(basis @ m))
+        return float(allreduce(self.problem.comm, size, MPI.MAX))
 
     def note(self) -> None:
         """Take the present unknowns; collective."""

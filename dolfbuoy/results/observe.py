@@ -53,7 +53,7 @@ class Hull(NamedTuple):
 class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
-    Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, bend_utilisation,
+    Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, touchdown_moment, bend_utilisation,
     buoy, mooring, water, joint, take_off, winch, place_tension.
     """
 
@@ -124,7 +124,7 @@ class Observer:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
         self._design = Design(problem.scene)
-        self._lying = np.zeros((len(self.network.cables), 4))
+        self._lying, self._lifting = np.zeros((len(self.network.cables), 4)), np.zeros(len(self.network.cables))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
         self._bending = Bending(problem) if self.network.bends else None
@@ -153,6 +153,8 @@ class Observer:
                 found["utilisation"] = _all_of(self._stress.values, root)
             if self._bending is not None:
                 found["bending"] = _all_of(self._bending.values, root)
+                if problem.lines.bed is not None:
+                    found["touchdown_moment"] = _all_of(self._lifting, root)
                 if self._bending.limited:
                     found["bend_utilisation"] = _all_of(self._bending.utilisation, root)
         if self.network.buoys:
@@ -267,9 +269,11 @@ class Observer:
         u = self.problem.system.u
         for cable, row in enumerate(self._lying):
             pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
-            found = [lines.grounded(u, piece) for piece in pieces]
-            last = next((one for one in reversed(found) if one.length > 0), found[-1])
-            row[:] = sum(one.length for one in found), *last.touchdown
+            found = [(lines.grounded(u, piece), piece) for piece in pieces]
+            last, piece = next((pair for pair in reversed(found) if pair[0].length > 0), found[-1])
+            row[:] = sum(one.length for one, _ in found), *last.touchdown
+            if self._bending is not None:
+                self._lifting[cable] = self._bending.moment_at(piece, last.s) if last.length > 0 else 0.0
 
     def values_of(self, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """Quantities at instants (..., numbers of `note`), without time and solver."""

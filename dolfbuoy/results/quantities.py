@@ -163,6 +163,14 @@ _ALL: tuple[Quantity, ...] = (
         summary="bending moment at the upper end",
     ),
     _cable(
+        "touchdown_moment",
+        "N m",
+        "bending moment where the cable leaves the sea bed; 0 if nothing lies",
+        read=lambda n: n["touchdown_moment"],
+        curves=(Curve("bending moment", "touchdown"),),
+        summary="bending moment at the touchdown",
+    ),
+    _cable(
         "largest_curvature",
         "m-1",
         "largest curvature of the cable",

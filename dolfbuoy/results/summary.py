@@ -153,7 +153,7 @@ def _range(name: str, values: ArrayLike, unit: str, scale: float = 1.0) -> tuple
     return name, f"{plain(float(np.min(values)) * scale)} ... {plain(float(np.max(values)) * scale)}", unit
 
 
-_OF_BENDING = "anchor_moment", "end_moment", "min_bend_radius", "bend_utilisation"
+_OF_BENDING = "anchor_moment", "end_moment", "touchdown_moment", "min_bend_radius", "bend_utilisation"
 
 
 def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, str]]:

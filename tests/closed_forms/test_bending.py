@@ -227,6 +227,9 @@ def test_on_a_soft_bed(name, per_metre):
     apart = np.append(True, np.diff(s) > 1e-9)
     between = CubicSpline(s[apart], stiffness * bent[apart])  # nodes are too far apart for straight lines
     assert between(at) == pytest.approx(touching, rel=2e-3 if fine else 1e-2)
+    lifts = rest.length_on_bed.item()
+    assert rest.touchdown_moment.item() == pytest.approx(between(lifts), rel=2e-3)
+    assert rest.touchdown_moment.item() == pytest.approx(touching, rel=1e-2 if fine else 3e-2)
     assert deepest == pytest.approx(CURVATURES[name]["deepest"], rel=1e-3 if fine else 3e-3)
     assert rest.length_on_bed.item() == pytest.approx(at, rel=1e-3)
 

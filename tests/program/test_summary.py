@@ -217,7 +217,7 @@ def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
 def test_units_of_the_record():
     """SI, degrees for angles."""
     units = {
-        "N m": "anchor_moment end_moment cable_moment",
+        "N m": "anchor_moment end_moment touchdown_moment cable_moment",
         "m-1": "largest_curvature curvature curvature_maximum curvature_maximum_after_ramp",
         "W": "absorbed_power",
         "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal needed_weight end_tension "
