@@ -6,6 +6,7 @@ The last but one is the companion of the last, so that all runs together take ab
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from ..elsewhere import MPI
@@ -130,14 +131,16 @@ def check_outputs(scene: Scene, names: Iterable[str], where: str) -> None:
     """Refuse outputs (SERIES.NUMBER) that no run of the scene has.  Raises InputError, with what they are named in."""
     network = scene.network
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
+    there = [one for one in QUANTITIES.values() if not one.effort and one.kind not in missing]
+    known = {label: one for one in there for label in (one.name, *(one.series("xyz") if "xyz" in one.dims else ()))}
     for name in names:
         series, _, number = name.rpartition(".")
-        known = [one for one in QUANTITIES.values() if not one.effort and series in (one.name, *one.series("xyz"))]
-        kind = "cable" if series == ANCHOR else known[0].kind if known else None
-        if number not in NUMBERS or kind is None or kind in missing:
+        if number not in NUMBERS or not (series in known or (series == ANCHOR and network.cables)):
+            outputs = [label for label, one in known.items() if one.has_outputs]
+            near = get_close_matches(series or name, outputs, 3, 0.0)
             raise InputError(
-                f"{where} {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; numbers are "
-                f"{', '.join(NUMBERS)}."
+                f"{where} {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; near it are "
+                f"{', '.join(near)}; numbers are {', '.join(NUMBERS)}."
             )
 
 

@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -152,8 +153,8 @@ def _named(there: dict[str, Any], name: str, data: dict[str, Any]) -> Parameter:
         if key in there and all(part.isascii() and part.isdigit() for part in index):
             break
     else:
-        near = [key for key in there if key.rpartition(".")[2] == parts[-1] or key.startswith(f"{parts[0]}.")]
-        raise InputError(f"--by {name}: is no number of this scene; near it are {', '.join(near or there)}.")
+        near = [key for key in there if key.rpartition(".")[2] == parts[-1]] or get_close_matches(name, there, 5, 0.0)
+        raise InputError(f"--by {name}: is no number of this scene; near it are {', '.join(near)}.")
     known = _known(key)
     if known is None or (why := _refused(key, known)):
         raise InputError(
