@@ -320,7 +320,7 @@ def test_command(call, tmp_path):
         (["--by", "buoy.mass,"], "--by buoy.mass,: there is an empty name"),
         (
             ["--by", "buoy.mass", "--of", "tension_top.peak"],
-            "--of tension_top.peak: must be an output of this scene, SERIES.NUMBER as tension_top.max; near it are tension_top",
+            "--of tension_top.peak: must be an output of this scene, SERIES.NUMBER as tension_top.max; near it are",
         ),
         (["--static", "--of", "tension_top.max"], "--of: goes with the outputs of a run."),
     ],
