@@ -205,6 +205,10 @@ def test_curvature():
     np.testing.assert_allclose(drawn(figures.curvature(late, scene).axes[0])["largest"][1], 2 * largest)
     corners = axes.collections[0].get_paths()[0].vertices
     assert {round(y, 9) for _, y in corners} == {round(y, 9) for y in [*values.min(axis=0), *largest]}
+    column = record.assign(curvature=1e-5 * record.curvature, curvature_maximum=1e-5 * record.curvature_maximum)
+    (slight,) = figures.curvature(column, scene).axes
+    assert (axes.get_ylabel(), slight.get_ylabel()) == ("curvature [1/m]", "curvature [1/km]")
+    np.testing.assert_allclose(drawn(slight)["largest"][1], 1e-2 * largest)
 
 
 def test_of_many_lines_those_with_the_largest_tension_have_figures():
