@@ -13,8 +13,9 @@ from ..model.feasible import check_feasible
 from ..model.lines import top_position
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
-from ..model.rigid import float_upright, weight_per_length
+from ..model.rigid import weight_per_length
 from ..scene import Scene
+from .adrift import floating_height, held_by_take_offs
 from .damped import relax
 from .growth import settle
 from .pulled import pull
@@ -108,16 +109,12 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
     """Buoys without cable float upright in still water: steady loads across would carry them away for ever."""
     if scene.network.take_offs:
         return _on_take_offs(scene, comm, make)
-    calm, sea = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea if scene.gravity else None
+    calm, carried = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea is not None and scene.gravity
     problem = make(calm, dynamic=False, comm=comm)
-    for buoy in problem.buoys.values():
-        height = 0.0
-        if sea is not None:
-            height = buoy.mass.height
-            height -= float_upright(buoy.shape, buoy.mass, sea.density, scene.gravity).draft
-        pose = np.array([0.0, 0.0, height, *UPRIGHT])
+    for name, buoy in problem.buoys.items():
+        pose = np.array([0.0, 0.0, floating_height(scene, scene.network.buoys[name]), *UPRIGHT])
         problem.system.u[buoy.part.slice] = buoy.reference.x.array[:] = pose
-    if sea is not None:
+    if carried:
         problem.iterations, problem.route = problem.newton.solve(), "newton"
     else:
         problem.system.publish()
@@ -126,9 +123,8 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
 
 
 def _on_take_offs(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
-    """Buoys that nothing but take-offs hold, in still water where none of these pulls at rest."""
-    held = {end.name for device in scene.network.take_offs.values() if device.section.holds for end in device.ends}
-    calm = scene if scene.network.buoys.keys() <= held else adrift_nowhere(scene)
+    """Buoys that nothing but take-offs hold; in still water where one of them is not held."""
+    calm = scene if scene.network.buoys.keys() <= held_by_take_offs(scene.network) else adrift_nowhere(scene)
     problem = make(calm.model_copy(update={"waves": None}), dynamic=False, comm=comm)
     _rest(problem)
     return problem
@@ -164,4 +160,4 @@ def let_turn(problem: Problem) -> None:
     try:
         relax(problem, growth=1.1, steps=900)
     except SolveError as error:
-        raise SolveError(f"the yaw of the buoys was not found: {error}") from None
+        raise SolveError(f"the yaw and the places of the buoys were not found: {error}") from None

@@ -25,6 +25,7 @@ from ..scene.network import Network as SceneNetwork
 from ..scene.network import attached_ends
 from ..scene.take_off import TakeOff
 from . import network as still
+from .adrift import floating_height, places_adrift
 from .catenary import Array
 from .first_shape import given_shapes, points_of
 from .on_bed import Bed
@@ -60,9 +61,12 @@ class Start(NamedTuple):
                 force = sign * T * _direction(places[1] - places[0])
                 u[end.slice] = [*place, *force][: end.slice.stop - end.slice.start]
         for name, buoy in problem.buoys.items():
-            attachment: Any = [*problem.attached_to(buoy), *problem.take_offs_on(buoy)][0]
+            held: list[Any] = [*problem.attached_to(buoy), *problem.take_offs_on(buoy)]
             q4 = self.poses[name]
-            r_C = attachment.of(u).point - rotation_of(q4) @ attachment.offset.value
+            if held:
+                r_C = held[0].of(u).point - rotation_of(q4) @ held[0].offset.value
+            else:
+                r_C = np.array([0.0, 0.0, floating_height(problem.scene, buoy.section)])
             u[buoy.part.slice] = buoy.reference.x.array[:] = np.concatenate([r_C, q4])
         problem.set_time(0.0)
         problem.system.share()
@@ -260,6 +264,7 @@ def still_network(
     weight = max((buoy.mass * scene.gravity for buoy in network.buoys.values()), default=0.0)
     joints: list[still.Joint] = []
     number: dict[object, int] = {}
+    adrift = places_adrift(scene, lambda device: _spring(device)[0] if device.stiffness else 0.0)
 
     def place(end: Any) -> tuple[int, Any]:
         """(number of the joint, offset of the end from it)."""
@@ -267,6 +272,8 @@ def still_network(
         if name not in number:
             number[name] = len(joints)
             joints.append(_joint(scene, network, end, pressure))
+            if end.name in adrift:
+                joints[-1] = replace(joints[-1], free=False, position=adrift[end.name])
         if end.kind != "buoy":
             return number[name], still.ORIGIN
         q4 = (poses or {}).get(end.name, UPRIGHT)

@@ -222,3 +222,42 @@ def test_a_float_without_lines_that_is_pushed_aside(device, pushed):
     assert (tilt > 0.05) == ("current" in pushed)  # a force on the keel leaves it upright
     assert length == pytest.approx(np.linalg.norm(way), rel=1e-9)
     np.testing.assert_allclose(T * way / length, push, atol=1e-5 * T)
+
+
+def draft(mass):
+    """Draft of a FLOAT of this mass [m], by Archimedes."""
+    return mass / (1025.0 * math.pi * 0.45**2)
+
+
+FIRST, SECOND = FLOAT | {"name": "a"}, FLOAT | {"name": "b", "mass": 260.0}
+SPRUNG, DAMPED = {"stiffness": 100.0, "length": 5.0}, {"damping": 100.0}
+
+
+@pytest.mark.parametrize("device", [SPRUNG, DAMPED], ids=["spring", "damper"])
+def test_floats_that_nothing_but_a_take_off_joins(device):
+    """Each floats at its own draft, whatever stream there is, where the take-off between them does not pull."""
+    third = FLOAT | {"name": "c", "mass": 300.0}
+    more = {"current": {"speed": 0.7}, "waves": {"amplitude": 0.3, "period": 5.0}, "time": {"end": 1.0, "step": 0.05}}
+    scene = {
+        "sea": {"depth": 20.0},
+        "buoy": [FIRST, SECOND, third],
+        "take_off": device | {"from": "a", "to": "b"},
+    } | more
+    rest = solve_static(scene)
+    keels = rest.buoy_position.values[:, 2] - 0.3
+    np.testing.assert_allclose(keels, [-draft(mass) for mass in (225.0, 260.0, 300.0)], atol=1e-8)
+    assert float(rest.take_off_tension[0]) == pytest.approx(0.0, abs=1e-6)
+    if "length" in device:
+        assert float(rest.take_off_length[0]) == pytest.approx(5.0, rel=1e-8)
+    else:
+        assert abs(float(np.diff(rest.buoy_position.values[:2, 0])[0])) >= 0.9  # beside each other
+    run = simulate(scene)
+    assert float(abs(run.take_off_tension).max()) > 1.0  # the waves move one more than the other
+
+
+def test_a_float_on_a_spring_beside_one_that_is_free():
+    rest = solve_static({"sea": {"depth": 20.0}, "buoy": [FIRST, SECOND], "take_off": SPRING | {"to": "a"}})
+    (first, second), T = rest.buoy_position.values[:, 2] - 0.3, float(rest.take_off_tension[0])
+    assert second == pytest.approx(-draft(260.0), abs=1e-8)
+    assert pytest.approx(500.0 * (first + 20.0 - 15.0), rel=1e-8) == T
+    assert -first == pytest.approx(draft(225.0 + T / 9.81), rel=1e-8)
