@@ -250,6 +250,7 @@ EXPORT status fmi3DoStep(component *c, double t, double h, bool kept, bool *even
             c->log(c->environment, ERROR, "logStatusError", "currentCommunicationPoint is not the time that was reached");
         return ERROR;
     }
+    const instant before = c->now;
     keep_inputs(&c->now);
     extrapolate(&c->now, h, x);
     for (int k = 0; k < BUOYS && c->now.loaded && !code; ++k) {
@@ -257,6 +258,8 @@ EXPORT status fmi3DoStep(component *c, double t, double h, bool kept, bool *even
         code = dolfbuoy_load(c->session, FREE_BUOYS[k], load, load + 3);
     }
     code = code ? code : dolfbuoy_step(c->session, x, NULL, c->now.values + F, &c->now.t, h);
+    if (code)                   /* inputs that it failed with are none to go on from */
+        c->now = before;
     c->now.stale = true;
     *last = c->now.start + c->now.t;
     return judged(c, code);

@@ -60,10 +60,12 @@ class Path:
         self.end: tuple[float, Numbers, Any] = (t, value, rest)
         self.function: Callable[[float], Any] | None = None
         self._rest = rest
+        self._last: tuple[Any, ...] = ()  # what `go` and `stay` changed
         self._powers: list[Array] | None = None
 
     def go(self, end: float, value: Numbers, rate: Numbers | None = None) -> None:
         """Be at `value` at the time `end` of the step that begins now; rate: there."""
+        self._last = self.before, self.start, self.end
         if rate is not None and self.end[2] is None:
             self.end = (*self.end[:2], self._inside(self.end[0])[1])
         self.before, self.start, self.end = self.start, self.end, (end, value, rate)
@@ -87,9 +89,19 @@ class Path:
 
     def stay(self, end: float) -> None:
         """Rest where it is until the time `end`."""
+        self._last = self.before, self.start, self.end
         value = self.end[1]
         self.before, self.start, self.end = None, (self.end[0], value, self._rest), (end, value, self._rest)
         self._powers = [np.zeros(len(value))]
+
+    def cut(self, t: float) -> None:
+        """End the step under way, in which a solve failed, at the time t that was reached."""
+        if t > self.start[0]:
+            value, rate = self._inside(t)
+            self.end = (t, list(value), None if self.end[2] is None else list(rate))
+        elif self._last:
+            self.before, self.start, self.end = self._last
+        self._powers = None
 
     def at(self, t: float) -> tuple[Numbers, Numbers]:
         """(value, rate) at a time of the step."""

@@ -229,12 +229,26 @@ class Session:
         for name, path in self.paths.items():
             path.follow(t, self._targets.pop(name, None))
         count = 1 if time.tolerance is not None else max(1, int(np.ceil((t - begin) / time.step - 1e-6)))
-        for k in range(1, count + 1):
-            for h, iterations in self.simulation.advance(t if k == count else begin + k * (t - begin) / count):
-                if self._recorder is not None:
-                    self._recorder.add(h, iterations)
-            interruption.check()
+        size = self.simulation.control.step
+        try:
+            for k in range(1, count + 1):
+                for h, iterations in self.simulation.advance(t if k == count else begin + k * (t - begin) / count):
+                    if self._recorder is not None:
+                        self._recorder.add(h, iterations)
+                interruption.check()
+        except BaseException:
+            self._give_up(begin, size)
+            raise
         self._find_required()
+
+    def _give_up(self, begin: float, size: float) -> None:
+        """Be ready for another try where a solve failed: with steps as large as before, from where all that is driven
+        has come to; a past of ever smaller steps would upset the next one."""
+        for path in self.paths.values():
+            path.cut(self.t)
+        self.simulation.control.step = size
+        if self.t > begin:
+            self.simulation.past.forget()
 
     def save(self) -> Saved:
         """The present instant, in memory; any number of them may be kept as long as the session is open."""

@@ -162,7 +162,7 @@ class _Reader:
         if left := [key for key in self.site if key not in SITE]:
             self.note(f"of site only {', '.join(SITE)} are carried over, and not {', '.join(map(str, left))}")
         for name in self.mooring:
-            if name not in ("water_depth", "rho", "water_density", "points", "lines", "line_types", *WORDS):
+            if name not in (*SITE, "rho", "water_density", "points", "lines", "line_types", *WORDS):
                 self.note(f"{name} is not carried over")
         for section, known in (("points", POINT), ("lines", LINE)):
             for key in dict.fromkeys(key for row in self._rows(section) for key in row if key not in known):

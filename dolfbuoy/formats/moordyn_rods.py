@@ -48,7 +48,7 @@ class Places:
         """Bodies, then rods."""
         rods, own = self.tables.of("rods"), dict[str, list[Row]]()
         for rod in rods:
-            word = rod["attachment"].lower()
+            word = _attachment(rod)
             if word.startswith("body") and PINNED not in word:
                 own.setdefault(_digits(word), []).append(rod)
         for number, body in self.bodies.items():
@@ -116,7 +116,7 @@ class Places:
         return [bar for bar in self.bars.values() if {f"{bar['name']}a", f"{bar['name']}b"} & self.used]
 
     def _body(self, number: str, body: Row, rods: list[Row]) -> None:
-        word, name = body.values.get("attachment", "free").lower(), f"body{number}"
+        word, name = _attachment(body), f"body{number}"
         for rod in rods:
             type_of(rod, self.types)
         if word.startswith(FIXED):
@@ -124,6 +124,10 @@ class Places:
         why = f"{name} is moved by the program that calls MoorDyn: it is a vessel at rest here"
         if PINNED in word:
             why = f"{name} is hinged: its points are on a vessel at rest here, which does not turn"
+        elif word.startswith("turbine"):
+            why = f"{name} is on {word}: it is a vessel at rest here, as if {word} were at the origin"
+        elif not word.startswith((*MOVED, *FREE)):
+            raise InputError(f"line {body.line}: the attachment {body['attachment']!r} of a body is not known.")
         elif not word.startswith(MOVED):
             try:
                 self.buoys[number] = buoy_of(name, body, rods, self.types, self.rho, self.note)
@@ -137,7 +141,7 @@ class Places:
         self.note(body.line, why)
 
     def _rod(self, rod: Row) -> None:
-        word, name = rod["attachment"].lower(), f"rod{rod.values.get('id', rod.line)}"
+        word, name = _attachment(rod), f"rod{rod.values.get('id', rod.line)}"
         ends = ends_of(rod)
         way = ends[1] - ends[0]
         keys = [f"{name}{end}" for end in "ab"]
@@ -154,8 +158,8 @@ class Places:
         """An end of a rod that stands on something."""
         if word.startswith("body"):
             self.on_body(key, rod.line, _digits(word), place, key)
-        elif word.startswith(MOVED):
-            self.on_vessel(key, rod.line, "vessel", place, key)
+        elif word.startswith((*MOVED, "turbine")):
+            self.on_vessel(key, rod.line, "vessel" if word.startswith(MOVED) else word, place, key)
         elif word.startswith((*FIXED, PINNED)):
             self.put(key, rod.line, place, "fixed", place.tolist())
         else:
@@ -216,6 +220,11 @@ def key_of(text: str) -> str | None:
     number = _digits(text)
     rest = text.replace(number, "", 1) if number else ""
     return f"rod{number}{rest[-1]}" if rest in ("ra", "rb", "roda", "rodb") else None
+
+
+def _attachment(row: Row) -> str:
+    """Attachment of a body or rod in words; a number may stand before it, as in 1Coupled."""
+    return row.values.get("attachment", "free").lower().lstrip("0123456789") or "free"
 
 
 def _digits(text: str) -> str:

@@ -79,7 +79,10 @@ _IN = {
     "bodies": {"y0": "y"},
     "lines": {"linetype": "type"},
     "rods": {"rodtype": "type", "type": "type"},
-    "failure": {"point": "point", "line(s)": "lines", "lines": "lines", "failtime": "time", "failten": "tension"},
+    "failure": {
+        **{"point": "point", "node": "point", "line(s)": "lines", "lines": "lines", "line": "lines"},
+        **{"failtime": "time", "failten": "tension", "failtension": "tension"},
+    },
     "external loads": {"object": "object", "fext": "force", "blin": "linear", "bquad": "quadratic", "csys": "frame"},
 }
 #: What MoorDyn 2 reads at the places of its columns, whatever the file calls them.

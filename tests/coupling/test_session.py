@@ -436,6 +436,41 @@ def test_after_an_error_the_folder_is_free_and_the_record_there(tmp_path):
         s.step()
 
 
+@pytest.mark.parametrize("velocity", [None, [0.1, 0.0, 0.1]], ids=["parabola", "cubic"])
+def test_after_a_step_that_failed_another_try_is_as_good_as_the_first(velocity):
+    """Also where a part of the step was done: the end goes on from where it came to."""
+
+    def pulls(far, dt=STEP):
+        with Session(LINE, driven="cable.to") as s:
+            for k in range(1, 7):
+                place = s.paths["cable.to"].end[1] if k == 1 else [12.0 + 0.1 * k * dt, 0.5, -3.5 + 0.1 * k * dt]
+                if k == 4 and far:
+                    s.drive("cable.to", [far, 0.0, 0.0])
+                    with pytest.raises(dolfbuoy.SolveError):
+                        s.step(dt)
+                    assert s.t == pytest.approx(3 * dt, abs=1e-12)
+                    np.testing.assert_array_equal(s.paths["cable.to"].end[1], [12.0 + 0.3 * dt, 0.5, -3.5 + 0.3 * dt])
+                s.drive("cable.to", place, velocity=velocity)
+                s.step(dt)
+                yield s.pull("cable.to")
+
+    np.testing.assert_allclose([*pulls(1e9)], [*pulls(None)], rtol=1e-9)  # the matrix at hand is another one
+
+
+def test_a_path_that_is_cut_goes_on_from_there():
+    """On the cubic and on the parabola: the rest of the step is on the same curve."""
+    for rate in ([0.4], None):
+        path, whole = paths.Path(0.0, [1.0]), paths.Path(0.0, [1.0])
+        for one in (path, whole):
+            one.go(1.0, [2.0], None if rate is None else [0.3])
+            one.go(2.0, [2.5], rate)
+        value, speed = whole.at(1.5)
+        path.cut(1.5)
+        assert path.at(1.5)[0] == pytest.approx(value) and path.at(1.5)[1] == pytest.approx(speed)
+        path.go(2.0, [2.5], rate)
+        assert path.at(1.75)[0] == pytest.approx(whole.at(1.75)[0], abs=1e-12 if rate else 0.02)
+
+
 @pytest.mark.parametrize(
     ("driven", "sentence"),
     [

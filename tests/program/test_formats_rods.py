@@ -267,10 +267,17 @@ def test_a_body_on_its_side():
             "line 14: body 1 has an inertia whose main axes are not its own: its points are on",
         ),
         (("Free 0 0 -14", "Pinned 0 0 -14"), "line 14: body1 is hinged: its points are on a vessel at rest"),
+        (("Free 0 0 -14", "1Coupled 0 0 -14"), "line 14: body1 is moved by the program that calls MoorDyn"),
+        (("Free 0 0 -14", "Turbine2 0 0 -14"), "line 14: body1 is on turbine2: it is a vessel at rest here"),
     ],
 )
 def test_what_is_said_of_a_body(change, said):
     assert any(note.startswith(said) for note in read(BODY.replace(*change))[1])
+
+
+def test_what_no_body_hangs_on_is_refused():
+    with pytest.raises(InputError, match="line 14: the attachment 'Glued' of a body is not known"):
+        read(BODY.replace("Free 0 0 -14", "Glued 0 0 -14"))
 
 
 def test_the_first_bodies_of_moordyn():
@@ -328,9 +335,10 @@ def test_columns_of_the_first_version_by_place():
         ("1 2 1 0 2e5", None, "the failure at point 2 is of a line that does not end there"),
     ],
 )
-def test_failures(row, rule, said):
+@pytest.mark.parametrize("columns", [TABLES["FAILURE"], "FailureID Node Lines FailTime FailTension"])
+def test_failures(row, rule, said, columns):
     scene, notes = read(
-        HUNG.replace("--- OPTIONS", f"--- FAILURE ---\n{TABLES['FAILURE']}\n() () (,) (s) (N)\n{row}\n--- OPTIONS")
+        HUNG.replace("--- OPTIONS", f"--- FAILURE ---\n{columns}\n() () (,) (s) (N)\n{row}\n--- OPTIONS")
     )
     assert scene["cable"][0].get("fails_at") == rule
     assert "fails_at" not in scene["cable"][1]
