@@ -5,7 +5,6 @@ K + gamma_v E + gamma_a M exactly.  With histories that make all rates zero, thr
 The state of a buoy is of first order in time: its inertia stands in E, that of lines in M.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import LinearOperator, onenormest, splu
 
 from ..elsewhere import MPI
 from ..errors import InputError
@@ -132,13 +131,25 @@ def jacobian(problem: Problem, gamma_v: float, gamma_a: float, velocities: NDArr
     return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, system.unknowns))
 
 
-def equilibrated(A: Any) -> Callable[[NDArray[Any]], NDArray[Any]]:
+class Equilibrated:
     """Solver of A x = b, columns b, with rows and columns of A scaled to 1.  Raises RuntimeError for a singular one."""
-    rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
-    A = diags(rows) @ A
-    columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
-    solve = splu(csc_matrix(A @ diags(columns))).solve
-    return lambda b: np.asarray(columns[:, None] * solve(rows[:, None] * b))
+
+    def __init__(self, A: Any):
+        self._rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
+        A = diags(self._rows) @ A
+        self._columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
+        self._scaled = csc_matrix(A @ diags(self._columns))
+        self._factors = splu(self._scaled)
+
+    def __call__(self, b: NDArray[Any]) -> NDArray[Any]:
+        """A^-1 b."""
+        return np.asarray(self._columns[:, None] * self._factors.solve(self._rows[:, None] * b))
+
+    def condition(self) -> float:
+        """Condition of the scaled A in the 1-norm, estimated."""
+        solve = self._factors.solve
+        inverse = LinearOperator(self._scaled.shape, solve, lambda b: solve(b, "T"), dtype=float)
+        return float(onenormest(inverse, t=1) * abs(self._scaled).sum(axis=0).max())  # t > 1 asks for random numbers
 
 
 class WithReactions:

@@ -4,21 +4,23 @@ Held ends are no unknowns, so that their columns of K are central differences of
 order in a motion of which the strains are small; the rest is condensed as for buoys.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
-from ..errors import InputError
+from ..errors import InputError, SolveError
 from ..scene import Scene
 from .linearisation import Linearisation, free_rows, without_rates
-from .stiffness import Condensed, condensed, momenta_of, solved
+from .stiffness import STIFF, Condensed, compliance, condensed, momenta_of, solved
 
 #: Motion of an end for a difference, of the shortest element.
 MOVED = 1e-5
-#: Stiffness of buoys below this part of their largest is none: what turns or drifts freely does not pull.
-NOTHING = 1e-9
+#: Stiffness of buoys below this part of their largest is none: what turns or drifts freely does not pull.  The same
+#: where the largest is that of an inextensible line.
+NOTHING, BESIDE_RIGID = 1e-9, 1e-12
 
 
 class OnVessel(NamedTuple):
@@ -36,8 +38,16 @@ def on_vessels(found: Linearisation) -> list[OnVessel]:
     Raises SolveError if a line has no stiffness of its own.
     """
     without_rates(found.problem)
-    buoys = condensed(found)
-    return [_of_vessel(found, buoys, vessel) for vessel in found.problem.scene.vessel or []]
+    try:
+        K, buoys, nothing = csc_matrix(found.K), condensed(found), NOTHING
+    except SolveError:
+        # a taut inextensible line between what is held; with a buoy there, which follows, its compliance is no matter
+        more = compliance(found, STIFF[0])
+        K, buoys, nothing = csc_matrix(found.K + more), condensed(found, more), BESIDE_RIGID
+    return [
+        _of_vessel(found, lambda slopes: _following(buoys, K, slopes, nothing), vessel)
+        for vessel in found.problem.scene.vessel or []
+    ]
 
 
 def refuse_directions(scene: Scene) -> None:
@@ -82,9 +92,10 @@ def _is_on(end: Any, vessel: Any) -> bool:
     return bool(end.held and (end.name or "").partition(".")[0] == vessel.name)
 
 
-def _of_vessel(found: Linearisation, buoys: Condensed, vessel: Any) -> OnVessel:
+def _of_vessel(found: Linearisation, following: Callable[[NDArray[Any]], NDArray[Any]], vessel: Any) -> OnVessel:
+    """following: of slopes (n, 6) of the residual, the unknowns that make up for them."""
     problem: Any = found.problem
-    ends, K = _Ends(found, vessel), csc_matrix(found.K)
+    ends = _Ends(found, vessel)
     dofs = ends.dofs.ravel()
     h = MOVED * float(np.diff(problem.lines.cell_ends, axis=1).min())
     rows: Any = problem.system.rows_of_jacobian(dofs)()
@@ -95,14 +106,14 @@ def _of_vessel(found: Linearisation, buoys: Condensed, vessel: Any) -> OnVessel:
         problem.system.publish()
         return np.array(problem.system.evaluate())
 
-    slopes, direct = np.zeros((K.shape[0], 6)), np.zeros((len(dofs), 6))
+    slopes, direct = np.zeros((found.K.shape[0], 6)), np.zeros((len(dofs), 6))
     for motion in range(6):
         way = ends.moved(motion).ravel()
         step = h / max(np.abs(way).max(), 1e-9)  # all may be on the axis
         change = (residual(step * way) - residual(-step * way)) / (2 * step)
         slopes[:, motion], direct[:, motion] = free_rows(problem, change), change[dofs]
     forces = residual(0.0)[dofs]
-    followers = _following(buoys, K, slopes)
+    followers = following(slopes)
     stiffness = ends.about(rows @ followers + direct)
     for motion in range(3, 6):  # arms turn under the forces at rest
         turned = np.cross(ends.moved(motion), forces.reshape(-1, 3))
@@ -110,7 +121,7 @@ def _of_vessel(found: Linearisation, buoys: Condensed, vessel: Any) -> OnVessel:
     return OnVessel(vessel.name, -ends.about(forces[:, None])[:, 0], stiffness)
 
 
-def _following(every: Condensed, K: Any, slopes: NDArray[Any]) -> NDArray[Any]:
+def _following(every: Condensed, K: Any, slopes: NDArray[Any], nothing: float) -> NDArray[Any]:
     """Unknowns (n, 6) that follow motions of which the residual has these slopes; buoys go where nothing pulls them."""
     inner = np.setdiff1d(np.arange(K.shape[0]), np.concatenate([[], *(body.places for body in every.bodies)]))
     followers = np.zeros_like(slopes)
@@ -120,5 +131,5 @@ def _following(every: Condensed, K: Any, slopes: NDArray[Any]) -> NDArray[Any]:
     pulls = (slopes + K @ followers)[momenta_of(every.bodies)]
     arms = np.concatenate([body.arms for body in every.bodies])
     scaled = arms[:, None] * every.stiffness * arms
-    moved = arms[:, None] * (np.linalg.pinv(scaled, NOTHING) @ (arms[:, None] * pulls))
+    moved = arms[:, None] * (np.linalg.pinv(scaled, nothing) @ (arms[:, None] * pulls))
     return np.asarray(followers - every.followers @ moved)

@@ -19,7 +19,7 @@ from ..errors import SolveError
 from ..model.potential_flow import Coefficients, coefficients_of, on_five, plane_and_heave
 from ..model.rigid import rotation_of
 from .layout import Body
-from .linearisation import Linearisation, equilibrated
+from .linearisation import Equilibrated, Linearisation
 
 #: Shares of the memory with which a mode is followed; iterations with each, and the change of the root that ends them.
 SHARES, MOST, SETTLED = (0.25, 0.5, 0.75, 1.0), 30, 1e-10
@@ -67,7 +67,7 @@ class Radiated:
                 slope = (self.at_root(root + step) - G) / step
                 R = K + root * E + root**2 * M + share * G
                 try:
-                    u = equilibrated(R)(((E + 2 * root * M + share * slope) @ x)[:, None])[:, 0]
+                    u = Equilibrated(R)(((E + 2 * root * M + share * slope) @ x)[:, None])[:, 0]
                 except RuntimeError:  # singular: x is it
                     break
                 factor = x.conj() @ u

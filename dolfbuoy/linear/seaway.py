@@ -22,7 +22,7 @@ from ..model.sea import heading, main_propagation
 from ..scene.sections import Scene
 from ..scene.waves import Waves
 from .drag import LinearDrag, Sea, Velocities
-from .linearisation import WithReactions, equilibrated, linearise
+from .linearisation import Equilibrated, WithReactions, linearise
 from .moving import Motions, axes_along
 from .radiated import Radiated
 from .spectrum import slope, small_waves
@@ -96,7 +96,7 @@ class Seaway:
         F = np.column_stack([wave.F + self.drag.force(wave.water) for wave in waves])
         A = K - 1j * omega * E - omega**2 * M
         own = A[:n] + self.radiated.at_frequency(omega) if self.radiated.there else A[:n]
-        x = equilibrated(own)(-F[:n])
+        x = Equilibrated(own)(-F[:n])
         return np.vstack([x, A[n:] @ x + F[n:]])
 
     def regular(self, wave: Wave, amplitude: float = 0.0) -> NDArray[Any]:

@@ -17,11 +17,13 @@ from scipy.sparse import csc_matrix, csr_matrix
 
 from ..errors import SolveError
 from .layout import Body, inextensible_tensions
-from .linearisation import Linearisation, equilibrated
+from .linearisation import Equilibrated, Linearisation
 
 #: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
 #: that are rigid become stiffer, of what could be ten times.  Part of that of a line below which nothing is rigid.
 STIFF, STIFFER, LEAST = (1e8, 1e9), 3.0, 1e-3
+#: Condition of a scaled matrix from which on it is singular but for rounding: of 16 digits 5 would be left.
+SINGULAR = 1e11
 
 
 @dataclass
@@ -52,11 +54,10 @@ class Restoring:
 
 def restoring(found: Linearisation) -> Restoring:
     """Stiffness of all buoys together; collective.  Raises SolveError if the lines have no stiffness of their own."""
-    places, sizes = inextensible_tensions(found.problem)
     rigid = [np.zeros((6, 0)) for _ in found.bodies]
-    if len(places):
-        shape, force = 2 * (found.K.shape[1],), found.problem.typical_force
-        soft, hard = (condensed(found, csr_matrix((-(sizes / (EA * force)), (places, places)), shape)) for EA in STIFF)
+    if len(inextensible_tensions(found.problem)[0]):
+        force = found.problem.typical_force
+        soft, hard = (condensed(found, compliance(found, EA)) for EA in STIFF)
         moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
         lines: Any = found.problem.lines
         least = LEAST * STIFF[1] * force / lines.longest
@@ -71,6 +72,13 @@ def restoring(found: Linearisation) -> Restoring:
         every = condensed(found)
         mooring = mooring_stiffness(found, every)
     return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
+
+
+def compliance(found: Linearisation, EA: float) -> Any:
+    """Matrix to be added to K, by which inextensible lines have an axial stiffness, in typical forces of the scene."""
+    places, sizes = inextensible_tensions(found.problem)
+    shape = 2 * (found.K.shape[1],)
+    return csr_matrix((-(sizes / (EA * found.problem.typical_force)), (places, places)), shape)
 
 
 def condensed(found: Linearisation, more: Any = None) -> Condensed:
@@ -98,13 +106,17 @@ def momenta_of(bodies: list[Body]) -> NDArray[Any]:
 
 
 def solved(A: Any, b: NDArray[Any]) -> Any:
-    """A^-1 b."""
+    """A^-1 b.  Raises SolveError if A is singular."""
     try:
-        x = equilibrated(A)(b)
+        solve = Equilibrated(A)
+        condition, x = solve.condition(), solve(b)
     except RuntimeError:
-        x = np.full_like(b, np.nan)
-    if not np.isfinite(x).all():
-        raise SolveError("the lines are slack or kinked: held at their ends they have no stiffness of their own")
+        condition, x = np.inf, b
+    if not (condition < SINGULAR and np.isfinite(x).all()):
+        raise SolveError(
+            "the lines are slack or kinked, or hang in a fold that may turn about the vertical: held at their ends they"
+            " have no stiffness of their own"
+        )
     return x
 
 

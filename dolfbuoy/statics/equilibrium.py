@@ -96,6 +96,7 @@ def _check_determined(problem: Problem) -> None:
                 f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, "
                 "or take another initial.kind."
             )
+    _check_taut(network)
     for buoy in network.buoys.values():
         if not (scene.gravity or scene.current or buoy.wind or buoy.external_force):
             raise InputError(
@@ -103,6 +104,38 @@ def _check_determined(problem: Problem) -> None:
                 "nothing determines its equilibrium; give gravity, current, wind or external_force, or "
                 "initial.buoy_position."
             )
+
+
+def _check_taut(network: Any) -> None:
+    """Refuse inextensible cables that lead taut from one held place by joints to another.  Raises InputError."""
+    nodes: dict[Any, int] = {}
+    ways = []
+    for piece in network.pieces:
+        ends = [tuple(top_position(end.top, 0.0)) if end.held else end.name for end in piece.ends]
+        if math.isinf(piece.section.axial_stiffness) and all(end.held or end.kind == "joint" for end in piece.ends):
+            low, high = (nodes.setdefault(end, len(nodes)) for end in ends)
+            ways.append((piece.section.length, low, high))
+    held = {node: np.array(place) for place, node in nodes.items() if not isinstance(place, str)}
+    if len(held) == len(nodes):
+        return
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import shortest_path  # slow to import
+
+    lengths, low, high = np.array(ways).T
+    # of two cables between the same nodes the shorter one counts: a sum would be longer than either
+    order = np.lexsort((lengths, high, low))
+    first = order[np.unique(np.column_stack([low, high])[order], axis=0, return_index=True)[1]]
+    graph = csr_matrix((lengths[first], (low[first], high[first])), 2 * (len(nodes),))
+    found = shortest_path(graph, directed=False, indices=[*held])
+    for (a, place), row in zip(held.items(), found, strict=True):
+        for b, other in held.items():
+            distance = math.dist(place, other)
+            if b > a and row[b] <= distance * (1 + 1e-12):
+                raise InputError(
+                    f"Inextensible cables {row[b]:.6g} m long together lead from {place.tolist()} to "
+                    f"{other.tolist()}: they must be more than the {distance:.6g} m between these: exactly taut, "
+                    "their tension is undetermined; give one of them a finite axial_stiffness or more length."
+                )
 
 
 def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:

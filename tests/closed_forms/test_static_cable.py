@@ -271,6 +271,23 @@ def test_what_cannot_be_is_refused_in_a_sentence():
         solve_equilibrium(weightless)
 
 
+@pytest.mark.parametrize("high", [25.0, 24.0])
+def test_inextensible_cables_in_a_row_that_are_taut_are_refused(high):
+    """By way of a joint, and of two that go side by side the shorter one; with stretch, or longer, there is a rest."""
+    rope = {"elements": 2, "line_density": 2.0, "diameter": 0.01}
+    lines = [
+        {**rope, "name": "a", "from": [0.0, 0.0, -30.0], "to": "j", "length": 6.0},
+        {**rope, "name": "b", "from": [0.0, 0.0, -5.0], "to": "j", "length": high - 6.0},
+        {**rope, "name": "c", "from": "j", "to": [0.0, 0.0, -5.0], "length": 40.0},
+    ]
+    with pytest.raises(
+        InputError, match=f"^Inextensible cables {high:g} m long together .* more than the 25 m between"
+    ):
+        solve_equilibrium(load_scene({"sea": {"depth": 30.0}, "joint": [{"name": "j"}], "cable": lines}))
+    lines[1]["axial_stiffness"] = 1e6
+    solve_equilibrium(load_scene({"sea": {"depth": 30.0}, "joint": [{"name": "j"}], "cable": lines[:2]})).destroy()
+
+
 def test_weightless_taut_cable_is_straight():
     problem = solve_equilibrium(fixed_at(1.1, 0.0, EA=50.0).model_copy(update={"gravity": 0.0}))
     np.testing.assert_allclose(problem.system.u[problem.lines.T_dofs], 5.0, rtol=1e-9)

@@ -15,7 +15,7 @@ from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
 import dolfbuoy
-from dolfbuoy import InputError, load_scene
+from dolfbuoy import InputError, SolveError, load_scene
 from dolfbuoy.results.linear_record import notes
 from dolfbuoy.statics import catenary
 
@@ -202,6 +202,40 @@ def test_vessel_against_differences_of_equilibria(hawser):
         exact = (pulled(-step, **more) - pulled(step, **more)) / 2e-3
         np.testing.assert_allclose(K[:, axis], exact, atol=2e-5 * np.abs(K).max())
     assert np.abs(K[:3, :3] - K[:3, :3].T).max() < 1e-6 * np.abs(K).max()
+
+
+def beside_a_rigid_leg(x=0.0):
+    """A rope from a vessel, moved by x, to a buoy on a straight leg that neither weighs in water nor stretches."""
+    neutral = 1025 * math.pi * ROPE["diameter"] ** 2 / 4
+    leg = ROPE | {"name": "leg", "from": [0.0, 0.0, -30.0], "to": "buoy", "length": 28.0, "axial_stiffness": math.inf}
+    rope = ROPE | {"name": "rope", "from": "buoy", "to": "ship.bow", "length": 11.0}
+    ship = {"name": "ship", "position": [5.0 + x, 0.0, -1.0], "fairleads": {"bow": [5.0, 0.0, 0.0]}}
+    return {
+        **{"sea": {"depth": 30.0, "dry_above": False}, "buoy": BUOY, "vessel": [ship]},
+        "cable": [leg | {"line_density": neutral}, rope],
+    }
+
+
+def test_a_buoy_on_a_rigid_leg_follows_a_vessel():
+    """Between its buoy, held, and the anchor the leg has no slack of any kind; the buoy swings on it."""
+    found = dolfbuoy.stiffness(beside_a_rigid_leg(), comm=MPI.COMM_SELF).vessel_mooring.values[0]
+    pulls = [
+        -dolfbuoy.solve_static(beside_a_rigid_leg(x), comm=MPI.COMM_SELF).sel(cable="rope").end_tension.values
+        for x in (-1e-3, 1e-3)
+    ]
+    np.testing.assert_allclose(found[:3, 0], (pulls[0] - pulls[1]) / 2e-3, rtol=1e-5, atol=1e-5 * found[0, 0])
+    held = dolfbuoy.stiffness(beside_a_rigid_leg() | {"buoy": BUOY | {"mass": 100.0}}, comm=MPI.COMM_SELF)
+    assert held.vessel_mooring.values[0, 0, 0] > 1.02 * found[0, 0]  # a stiffer leg follows less
+
+
+@pytest.mark.parametrize("length", [31.0, 40.0])
+def test_a_fold_has_no_stiffness(length):
+    """From one end to another above it a cable hangs in a fold that may turn: no number stands for that."""
+    scene = on_vessel()
+    scene["vessel"][0]["fairleads"] = POINTS | {"bow": [23.0, 7.0, 0.0]}  # above its anchor
+    scene["cable"][0] |= {"length": length, "axial_stiffness": math.inf}
+    with pytest.raises(SolveError, match="a fold that may turn about the vertical"):
+        dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)
 
 
 def test_spring_of_a_take_off_on_a_vessel():
