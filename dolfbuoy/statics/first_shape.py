@@ -97,6 +97,22 @@ def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
     return shapes
 
 
+def given_ends(scene: Scene, shapes: list[Callable[[Any], Array]], poses: Poses) -> list[tuple[Array, Array]]:
+    """Places of both ends of each take-off [m]; shapes: of the pieces of line.  Raises InputError."""
+    network, places = scene.network, dict[str | None, Array]()
+    for piece, shape in zip(network.pieces, shapes, strict=True):
+        for s, end in zip((0.0, piece.section.length), piece.ends, strict=True):
+            if end.kind == "joint":
+                places[end.name] = shape(np.array([s]))[0]
+
+    def place(end: End) -> Array:
+        if end.kind == "buoy" and end.name not in poses:
+            raise InputError(f"initial.points: no line ends at {end.name}, so that they do not say where it is.")
+        return places[end.name] if end.name in places else np.asarray(place_of(network, end, poses))
+
+    return [(place(low), place(high)) for low, high in (device.ends for device in network.take_offs.values())]
+
+
 def _points_of(scene: Scene, number: int, ends: tuple[End, End], places: list[Array | None]) -> tuple[list[Array], str]:
     """(points of the initial line of a cable, name of their key).  Raises InputError."""
     given, name = scene.initial.points, scene.network.cables[number]

@@ -27,7 +27,7 @@ from ..scene.take_off import TakeOff
 from . import network as still
 from .adrift import floating_height, places_adrift
 from .catenary import Array
-from .first_shape import given_shapes, points_of
+from .first_shape import given_ends, given_shapes, points_of
 from .on_bed import Bed
 
 UPRIGHT, OVERTURNED = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0, 0.0])
@@ -91,7 +91,10 @@ def given_start(problem: Problem) -> Start:
         end = network.pieces[k].ends[i]
         point = points_of(scene, network.pieces[k].cable)[-i]
         poses.setdefault(str(end.name), (point - mooring_offset(network.buoys[str(end.name)], end.fairlead), UPRIGHT))
-    shapes = [still.Drawn(shape) for shape in given_shapes(scene, poses)]
+    lines = given_shapes(scene, poses)
+    shapes = [still.Drawn(shape) for shape in lines]
+    for device, (low, high) in zip(network.take_offs.values(), given_ends(scene, lines, poses), strict=True):
+        shapes.append(still.Drawn(partial(_straight, low, (high - low) / _spring(device.section)[0])))
     return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
 
 

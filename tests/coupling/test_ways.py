@@ -212,6 +212,23 @@ def test_where_the_polyline_of_a_run_is_of_use(monkeypatch):
         at_rest(tail())
 
 
+def test_a_start_that_is_given_beside_a_take_off():
+    """Its ends are where the points have the buoy and the joints; a buoy at none of them has no place."""
+    line = {"name": "line", "segments": [CHAIN | {"length": 60.0, "elements": 8}], "slack": "tension-only"}
+    side = {"from": [30.0, 0.0, -50.0], "to": "buoy", "stiffness": 20.0, "length": 45.0}
+    scene = {"sea": {"depth": 50.0}, "cable": [line], "buoy": HULL, "take_off": side}
+    points = [[0.0, 0.0, -50.0], [10.0, 0.0, -30.0], [25.0, 0.0, 0.0]]
+    found, given = solve_static(scene), solve_static(scene, initial__points=points)
+    assert given.attrs["route"].startswith("initial.points")
+    for name in ("cable_tension", "take_off_tension", "buoy_position"):
+        np.testing.assert_allclose(given[name], found[name], rtol=1e-6, atol=1e-6)
+    scene |= {"buoy": [HULL | {"name": "a"}, HULL | {"name": "b"}], "take_off": side | {"from": "a", "to": "b"}}
+    with pytest.raises(
+        InputError, match=r"^initial\.points: no line ends at b, so that they do not say where it is\.$"
+    ):
+        solve_static(scene | {"cable": [line | {"to": "a"}]}, initial__points=points)
+
+
 def test_points_that_begin_elsewhere():
     with pytest.raises(InputError, match=r"initial\.points\[0\] = .*: must be the anchor"):
         solve_static(tail(), initial__points=[[1, 0, -100], [60, 0, 0]])
