@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,7 +40,10 @@ class Bending:
         owned = slice(lines.owned_nodes)
         #: 1/EI in the nodes of this rank, 0 where a line does not bend.
         self.per_moment, self._radius = (1 / stiffness)[lines.line_of_node[owned]], radius[lines.line_of_node[owned]]
-        self._cable = np.array([piece.cable for piece in network.pieces])[lines.line_of_node[owned]]
+        cable = np.array([piece.cable for piece in network.pieces])[lines.line_of_node[owned]]
+        #: This rank's nodes cable by cable, the cables that it has nodes of, and where these begin.
+        self._by_cable = np.argsort(cable, kind="stable")
+        self._cables, self._begins = np.unique(cable[self._by_cable], return_index=True)
         s = lines.node_s[owned]
         order = np.lexsort((s, lines.line_of_node[owned]))
         self._ends = []  #: (cable, column, node) of the ends that this rank owns
@@ -52,7 +56,7 @@ class Bending:
     def _sizes(self) -> NDArray[Any]:
         """|m| in the nodes of this rank [N m]."""
         lines: Any = self.problem.lines
-        return np.asarray(np.linalg.norm(lines.moments(self.problem.system.u)[: len(self._cable)], axis=1))
+        return np.asarray(np.linalg.norm(lines.moments(self.problem.system.u)[: len(self._by_cable)], axis=1))
 
     def curvatures(self) -> NDArray[Any]:
         """Curvature in the nodes of this rank [1/m]."""
@@ -69,18 +73,19 @@ class Bending:
         for low, high in ends[(ends[:, 0] <= s) & (s <= ends[:, 1])][:1]:
             rim = 1e-9 * (high - low)
             within = (low - rim < group.node_s) & (group.node_s < high + rim) & (group.line_of_node == number)
-            own = group.node_s[within]
-            basis = [np.prod([(s - b) / (a - b) for b in own if b != a]) for a in own]
+            own = group.node_s[within].tolist()
+            basis = [math.prod((s - b) / (a - b) for b in own if b != a) for a in own]
             m = self.problem.system.u[group.part.slice][group.moment_dofs[within]]
-            size = float(np.linalg.norm(basis @ m))
+            size = float(np.linalg.norm(np.array(basis) @ m))
         return float(allreduce(self.problem.comm, size, MPI.MAX))
 
     def note(self) -> None:
         """Take the present unknowns; collective."""
         moments, found = self._sizes(), np.zeros((len(self.values), 4))
         curvature = moments * self.per_moment
-        np.maximum.at(found[:, 2], self._cable, curvature)
-        np.maximum.at(found[:, 3], self._cable, curvature * self._radius)
+        if len(self._cables):
+            both = np.column_stack([curvature, curvature * self._radius])[self._by_cable]
+            found[self._cables, 2:] = np.maximum.reduceat(both, self._begins, axis=0)
         for cable, column, node in self._ends:
             found[cable, column] = moments[node]
         if self.problem.comm.size > 1:
