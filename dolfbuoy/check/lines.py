@@ -43,6 +43,8 @@ STEPS_OF_A_WAVE = 10
 #: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
 #: 1, and of higher ones (tests/verification/touchdown.py; at rest 0.3 of degree 1 gave 1.4 %, 0.28 and below 0.8 %).
 LONGEST_AT_TOUCHDOWN = 0.28, 0.45
+#: More elements at the touchdown than these are not proposed.
+MOST_ELEMENTS = 5000
 #: Lines sink less than this into the bed [m].
 DEEPEST_SAG = 0.01
 
@@ -307,13 +309,22 @@ def _touchdown_elements(problem: Problem, report: "Report", piece: int, s: float
     begins, ends = (lines.cell_ends - lines.begins[piece]).T
     here = (lines.line_of_cell == piece) & (begins <= s) & (s <= ends)
     h = problem.comm.allreduce(float((ends - begins)[here].max(initial=0.0)), op=MPI.MAX)
-    section = problem.network.pieces[piece].section
+    section: Any = problem.network.pieces[piece].section
+    if section.elements == section.position_degree == 1 and np.isinf(section.axial_stiffness):
+        return  # a bar, which does not bend
     most = LONGEST_AT_TOUCHDOWN[section.position_degree > 1] * radius
+    if section.length > MOST_ELEMENTS * most:
+        report.warn(
+            True,
+            "The cable falls on the bed without a pull along it, in a fold finer than any elements: its tensions are "
+            f"right to the weight of an element there, which is {h:.3g} m long.",
+        )
+        return
     if not report.prefix:
         report.add("equilibrium: elements at the touchdown", h, "m", f"for 1 % in the top tension {most:.4g} m at most")
     report.warn(
         h > most,
         f"The elements at the touchdown are {h:.3g} m long where the cable bends with a radius of "
         f"{radius:.3g} m: tensions may be more than 1 % wrong; take {most:.2g} m there, of equal length "
-        f"elements = {math.ceil(section.length / max(most, 1e-9))}.",
+        f"elements = {math.ceil(section.length / most)}.",
     )

@@ -109,6 +109,7 @@ class Session:
             names.check_body(network, name)
         self.paths: dict[str, Path] = {}
         self._targets: dict[str, tuple[Any, ...]] = {}
+        self._ends: dict[str, list[tuple[int, int]]] = {}  # of names that `pull` was asked for
         self._forces: dict[str, Force] = {}
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
@@ -316,10 +317,12 @@ class Session:
         World frame.  The record has the opposite, the force that holds the end.  Of a driven "CABLE.winch" one number,
         the mean tension of what it winds.
         """
-        if name in self.paths and (piece := names.wound_piece(self.scene.network, name)) is not None:
-            return np.array([names.mean_tension(self.simulation.problem, piece)])
+        wound = names.wound_piece(self.scene.network, name) if name.endswith(".winch") and name in self.paths else None
+        if wound is not None:
+            return np.array([names.mean_tension(self.simulation.problem, wound)])
         total = np.zeros(3)
-        ends = names.ends_of(self.scene.network, name)
+        if (ends := self._ends.get(name)) is None:
+            ends = self._ends[name] = names.ends_of(self.scene.network, name)
         if not ends:
             cables = ", ".join(f"{cable}.from, {cable}.to" for cable in self.scene.network.cables)
             raise InputError(f"pull: {name!r} must be an end of a line or a joint: {cables or 'there is none'}.")

@@ -168,6 +168,25 @@ def test_elements_at_the_touchdown(degree, share):
     assert most == pytest.approx(share * 76.30e3 / 700, rel=0.01)
 
 
+def test_a_rope_that_falls_straight_on_the_bed():
+    """No elements resolve its fold; its top tension is its hanging weight, to that of an element; bars bend nowhere."""
+    rope = {"length": 30.0, "line_density": 9.0, "diameter": 0.05, "axial_stiffness": 1e6, "slack": "tension-only"}
+    rope |= {"anchor": [0.0, 0.0, -20.0], "top": {"kind": "fixed", "position": [0.0, 0.0, 0.0]}, "elements": 9}
+    scene = {"sea": {"depth": 20.0}, "seabed": {}, "cable": rope}
+    (found,) = said_of(scene, "touchdown", check) + said_of(scene, "falls on the bed", check)
+    assert found.endswith("to the weight of an element there, which is 3.33 m long.")
+    w = (9.0 - 1025 * math.pi * 0.05**2 / 4) * G
+    assert float(solve_static(scene).tension_top) == pytest.approx(20 * w, abs=30 / 9 * w)
+    bar = {"name": "bar", "from": "j", "to": "k", "length": 5.0, "line_density": 40.0, "elements": 1, "diameter": 0.1}
+    bar |= {"position_degree": 1, "tension_degree": 0}
+    ropes = [{**rope, "name": name, "from": end, "to": [x, 0.0, -10.0], "length": 16.0} for name, end, x in
+             (("a", "j", -12.0), ("b", "k", 12.0))]  # fmt: skip
+    for part in ropes:
+        del part["anchor"], part["top"]
+    network = {"sea": {"depth": 20.0}, "seabed": {}, "joint": [{"name": "j"}, {"name": "k"}], "cable": [bar, *ropes]}
+    assert not any(said.startswith("bar: ") for said in said_of(network, "", check))
+
+
 @pytest.mark.parametrize(("degree", "given", "off"), [(1, 10, 0.02), (2, 9, 0.01)])
 def test_elements_that_are_proposed(degree, given, off):
     """Ten elements, as another program's file may have them, are 2.4 % off; the number that is proposed is within 1 %

@@ -12,7 +12,7 @@ from alone import simulate
 from every_key import shows
 from scipy.integrate import solve_ivp, trapezoid
 
-from dolfbuoy import InputError, load_scene, solve_static
+from dolfbuoy import InputError, Session, load_scene, solve_static
 from dolfbuoy.model.sea import wavenumber
 from dolfbuoy.studies.sweep import sweep
 
@@ -96,6 +96,23 @@ def test_swing_on_a_take_off(change):
     power = [(tension(law, *y) - tension(law, y[0])) * y[1] for y in exact.T]
     assert np.abs(run.absorbed_power.values.ravel() - power)[2:].max() < 0.03 * max(power)
     assert np.abs(run.take_off_length.values.ravel() - heights).max() < 1e-9
+
+
+def test_a_damper_of_ones_own_is_that_of_a_take_off():
+    """Linear and quadratic, by a function in a session or by the take-off: the same motion, and so the same energy."""
+    start = {"initial": {"buoy_position": [0.0, 0.0, 3.4]}, "time": {"end": 1.0, "step": 0.02, "scheme": "bdf2"}}
+
+    def heights(**change):
+        with Session(LIFTED | start | {"take_off": LIFTED["take_off"] | change}) as s:
+            if change:
+                s.load("buoy", lambda t, y: -(LAW["damping"] + LAW["quadratic_damping"] * abs(y.velocity)) * y.velocity)
+            for _ in range(50):
+                s.step()
+                yield s.state("buoy").position[2]
+
+    built_in, own = [*heights()], [*heights(damping=0.0, quadratic_damping=0.0)]
+    assert np.ptp(built_in) > 0.5
+    np.testing.assert_allclose(own, built_in, rtol=0, atol=5e-7)  # where Newton stops
 
 
 #: A float on a take-off to the sea bed.
