@@ -15,11 +15,11 @@ from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..model.rigid import weight_per_length
 from ..scene import Scene
-from .adrift import floating_height, held_by_take_offs
+from .adrift import held_by_take_offs
 from .damped import relax
 from .growth import settle
 from .pulled import pull
-from .start import UPRIGHT, Start, closed_form, given_start
+from .start import Start, closed_form, given_start
 from .ways import MOTIONS, WAYS, Way, find_rest
 
 #: A yaw that still changes by less [rad] has been found.
@@ -139,27 +139,17 @@ def _check_taut(network: Any) -> None:
 
 
 def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
-    """Buoys without cable float upright in still water: steady loads across would carry them away for ever."""
-    if scene.network.take_offs:
-        return _on_take_offs(scene, comm, make)
-    calm, carried = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea is not None and scene.gravity
-    problem = make(calm, dynamic=False, comm=comm)
-    for name, buoy in problem.buoys.items():
-        pose = np.array([0.0, 0.0, floating_height(scene, scene.network.buoys[name]), *UPRIGHT])
-        problem.system.u[buoy.part.slice] = buoy.reference.x.array[:] = pose
-    if carried:
-        problem.iterations, problem.route = problem.newton.solve(), "newton"
+    """Buoys without lines, upright; in still water where take-offs do not hold all of them: steady loads across would
+    carry them away for ever.  Where no water carries these either they begin where they are."""
+    held = scene.network.buoys.keys() <= held_by_take_offs(scene.network)
+    calm = scene if held else adrift_nowhere(scene)
+    problem = make(calm.model_copy(update={"waves": None}), dynamic=False, comm=comm)
+    if held or (scene.sea is not None and scene.gravity):
+        _rest(problem)
     else:
+        closed_form(problem).put()
         problem.system.publish()
         problem.iterations, problem.route = 0, "none: it floats where it is"
-    return problem
-
-
-def _on_take_offs(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
-    """Buoys that nothing but take-offs hold; in still water where one of them is not held."""
-    calm = scene if scene.network.buoys.keys() <= held_by_take_offs(scene.network) else adrift_nowhere(scene)
-    problem = make(calm.model_copy(update={"waves": None}), dynamic=False, comm=comm)
-    _rest(problem)
     return problem
 
 

@@ -278,3 +278,15 @@ def test_a_float_on_a_spring_beside_one_that_is_free():
     assert second == pytest.approx(-draft(260.0), abs=1e-8)
     assert pytest.approx(500.0 * (first + 20.0 - 15.0), rel=1e-8) == T
     assert -first == pytest.approx(draft(225.0 + T / 9.81), rel=1e-8)
+
+
+def test_two_masses_on_a_spring_that_nothing_carries():
+    """They begin where the spring does not pull, and fall side by side as one alone does."""
+    mass = {"mass": MASS, "inertia": [10.0, 10.0], "center_of_mass": 0.5}
+    device = {"from": "a", "to": "b", "stiffness": 100.0, "length": 2.0}
+    time = {"time": {"end": 0.5, "step": 0.01, "scheme": "bdf2"}}
+    run = simulate({"buoy": [mass | {"name": "a"}, mass | {"name": "b"}], "take_off": device} | time)
+    alone = simulate({"buoy": mass} | time).buoy_position.sel(xyz="z").values
+    np.testing.assert_allclose(run.buoy_position.sel(xyz="z").values, np.repeat(alone, 2, axis=1), atol=1e-8)
+    assert alone[-1, 0] < -1.0
+    np.testing.assert_allclose(run.take_off_length, 2.0, rtol=1e-5)
