@@ -116,13 +116,17 @@ def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
 
 
 def _show(dataset: "xr.Dataset", folder: Path) -> None:
-    """Print its cases and the largest of their main quantities."""
+    """Print its cases and the largest of their main quantities, of a power the mean."""
     from ..results.quantities import shown_in
     from ..results.series import each_series
 
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     found = each_series(dataset, "maximum", shown_in("sweep"))
-    shown = [(f"{label} max", one[f"{name}_maximum"]) for label, name, one in found]
+    kinds = [("mean", "mean") if name in MEANS else ("max", "maximum") for _, name, _ in found]
+    shown = [
+        (f"{label} {short}", one[f"{name}_{kind}"])
+        for (label, name, one), (short, kind) in zip(found, kinds, strict=True)
+    ]
     if "criterion_left" in dataset:
         shown.append(("left of criteria", dataset.criterion_left))
     units = [unit_of(values.values, values.attrs["units"]) for _, values in shown]
@@ -138,6 +142,8 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
         cli.say(f"... and {dataset.sizes['case'] - MOST_ROWS} more")
 
 
+#: Quantities whose mean is what counts.
+MEANS = ("absorbed_power",)
 #: Cases that are printed.
 MOST_ROWS = 1000
 

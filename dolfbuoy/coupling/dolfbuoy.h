@@ -18,8 +18,9 @@ typedef struct dolfbuoy dolfbuoy;
 /* A session with a scene: a shipped name, or the path of a TOML file.  Nothing is computed before dolfbuoy_init. */
 dolfbuoy *dolfbuoy_create(const char *scene);
 
-/* Before dolfbuoy_init: change a key of the scene, "waves.amplitude=1.5"; drive an end of a line or a buoy,
-   "cable.to", or the length of a line, "cable.winch"; record in a folder, as a run does. */
+/* Before dolfbuoy_init: change a key of the scene, "waves.amplitude=1.5"; drive an end of a line, "cable.to", a buoy,
+   a vessel that rests in the scene, a free joint, or the length of a line, "cable.winch"; record in a folder, as a run
+   does. */
 int dolfbuoy_set(dolfbuoy *session, const char *assignment);
 int dolfbuoy_drive(dolfbuoy *session, const char *name);
 int dolfbuoy_record(dolfbuoy *session, const char *folder);
@@ -32,6 +33,7 @@ int dolfbuoy_init(dolfbuoy *session);
    v: of an end its velocity (3) [m/s], of a buoy velocity of C and angular velocity (6) [m/s, rad/s], of a winch its (1);
    f: of an end the pull of the line on what holds it (3) [N], of a buoy force and moment about C of all its lines (6),
       of a winch the mean tension of what it winds (1) [N].
+   Of a vessel as of a buoy, about its reference point; of a joint as of an end.
    How many numbers these are, and what they are now; a pointer may be NULL. */
 int dolfbuoy_sizes(dolfbuoy *session, int *of_x, int *of_v);
 int dolfbuoy_now(dolfbuoy *session, double *t, double *x, double *f);

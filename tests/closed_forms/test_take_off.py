@@ -13,6 +13,7 @@ from every_key import shows
 from scipy.integrate import solve_ivp, trapezoid
 
 from dolfbuoy import InputError, Session, load_scene, solve_static
+from dolfbuoy.commands.sweep import _show
 from dolfbuoy.model.sea import wavenumber
 from dolfbuoy.studies.sweep import sweep
 
@@ -162,8 +163,9 @@ def test_mean_power_of_a_point_absorber():
     assert np.ptp(drafts) == 0
 
 
-def test_power_matrix_of_a_sweep(tmp_path):
-    """Over two heights and two periods, and both dampings: columns of the dataset, with the square of the height."""
+def test_power_matrix_of_a_sweep(tmp_path, capsys, monkeypatch):
+    """Over two heights and two periods: a column of the dataset and of the table, with the square of the height."""
+    monkeypatch.setenv("COLUMNS", "250")
     scene = load_scene(ABSORBER, time={"end": 36.0, "step": 0.06})
     vary = ["waves.amplitude=0.02,0.04", "waves.period=5,7"]
     found = sweep(scene, vary, None, tmp_path / "sweep")
@@ -171,6 +173,11 @@ def test_power_matrix_of_a_sweep(tmp_path):
     assert (matrix > 0.1).all()
     assert matrix[1] / matrix[0] == pytest.approx([4.0, 4.0], rel=0.01)
     assert float(found.take_off_tension_maximum.max()) > 1e4
+    _show(found, tmp_path)
+    lines = capsys.readouterr().out.replace("┃", "│").splitlines()
+    title, *rows = (line.split("│") for line in lines if "│" in line)
+    (column,) = (k for k, word in enumerate(title) if word.split() == ["absorbed", "power", "mean", "[W]"])
+    np.testing.assert_allclose([float(row[column]) for row in rows], matrix.ravel(), rtol=1e-4)
 
 
 ROPE = {"length": 20.0, "elements": 4, "line_density": 2.0, "diameter": 0.03, "axial_stiffness": 2e5}
