@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mpi4py import MPI
+from respelling import respelled
 
 import dolfbuoy
 from dolfbuoy import InputError, SolveError, load_scene, simulate, solve_static
@@ -29,18 +30,6 @@ MOST = {
     "short-bed": 4, "spar": 1, "storm": 4, "subsurface-float": 4, "three-legs": 5, "towed-array": 5, "two-buoys": 5,
     "wave-rider": 4,
 }  # fmt: skip
-
-
-def respelled(scene):
-    """One [cable] or [buoy] as a list of one, and the other way round."""
-    found = dict(scene)
-    for name in {"cable", "buoy"} & set(scene):
-        section = scene[name]
-        if isinstance(section, dict):
-            found[name] = [section]
-        elif len(section) == 1:
-            found[name] = section[0]
-    return found
 
 
 def at_rest(scene):
