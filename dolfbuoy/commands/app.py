@@ -72,6 +72,11 @@ def _check_options(command: Any, arguments: list[str]) -> None:
         if {float, int} & {types.get(one.name), *get_args(types.get(one.name))}
         for option in one.opts
     }
+    names = [argument.partition("=")[0] for argument in arguments]
+    once = {option for one in command.params if not getattr(one, "multiple", False) for option in one.opts}
+    for name in sorted(once & set(names)):
+        if name.startswith("--") and names.count(name) > 1:
+            raise InputError(f"{name}: must be given once; what it takes several of stands in it with commas.")
     for option, value in itertools.pairwise([*arguments, "-"]):
         name, equals, given = option.partition("=")
         value = given if equals else value

@@ -299,6 +299,15 @@ def columns(dataset: "xr.Dataset") -> Iterator[tuple[str, tuple[NDArray[Any], An
         yield one.label, (one.x, slope)
 
 
+def inverse_of_squares(J: NDArray[Any]) -> NDArray[Any]:
+    """(J^T J)^-1 whatever the units of the columns, 0 where a column is: a stiffness in N beside a coefficient has
+    derivatives that would pass for rounding."""
+    size = np.linalg.norm(J, axis=0)
+    size[size == 0] = 1.0
+    found: NDArray[Any] = np.linalg.pinv((J / size).T @ (J / size)) / np.outer(size, size)
+    return found
+
+
 def _described(model, found, low, high, noise):
     """Estimates, their deviations and correlations, and sentences about them."""
     import xarray as xr
@@ -308,7 +317,7 @@ def _described(model, found, low, high, noise):
     J, n = found.jac, len(found.x)
     free = max(1, len(found.fun) - n)
     variance = 1.0 if noise else 2 * found.cost / free
-    covariance = variance * np.linalg.pinv(J.T @ J)
+    covariance = variance * inverse_of_squares(J)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = np.nan_to_num(covariance / np.outer(deviation, deviation))

@@ -116,8 +116,12 @@ class Quadratic:
         for k, root in zip(mine, exact[theirs], strict=True):
             if abs(root) <= RING:
                 vectors[:, k] = self._refined(root, vectors[:, k])
-        chosen = np.concatenate([np.flatnonzero(zero), mine])
-        return np.concatenate([roots[zero], exact[theirs]]), vectors[:, chosen]
+        # what mixing has lost among motions a thousand times as stiff: from vectors at random
+        lost = [root for root in np.delete(exact, theirs) if abs(root) <= RING]
+        starts = np.random.default_rng(1).standard_normal((len(lost), len(vectors)))
+        more = [self._refined(root, start) for root, start in zip(lost, starts, strict=True)]
+        vectors = np.hstack([vectors[:, zero], vectors[:, mine], *(x[:, None] for x in more)])
+        return np.concatenate([roots[zero], exact[theirs], lost]), vectors
 
     def _refined(self, root: complex, vector: Array) -> Array:
         """Inverse iteration next to an eigenvalue."""

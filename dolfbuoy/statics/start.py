@@ -208,6 +208,8 @@ def _overturns(start: Start, name: str) -> bool:
 
 #: Rounds in which the drag on lines follows their shapes, and points of a line where it is taken.
 ROUNDS, POINTS = 6, 9
+#: Drag of a line, over the typical force of its scene, from which on it has a direction.
+FELT = 1e-12
 
 
 def _in_stream(
@@ -220,7 +222,10 @@ def _in_stream(
         free = np.flatnonzero(rest.lying <= still.LYING * np.array([piece.length for piece in network.pieces]))
         lines = [int(k) for k in free if k < len(problem.lines.sections)]
         new = {k: _drag(problem, k, rest.shapes[k]) for k in lines}
-        drags = {k: drag if k not in drags else (drag + drags[k]) / 2 for k, drag in new.items() if drag.any()}
+        counts = {
+            k for k, x in new.items() if np.linalg.norm(x) * network.pieces[k].length > FELT * problem.typical_force
+        }
+        drags = {k: new[k] if k not in drags else (new[k] + drags[k]) / 2 for k in counts}
         try:
             following = replace(make(drags), surface=network.surface)
             found = still.solve(following)

@@ -50,6 +50,17 @@ def test_twin_without_noise(twin):
     assert fit.sentences == []
 
 
+def test_deviations_know_no_units():
+    """(J^T J)^-1 of columns in newtons and in parts is that of the same columns, scaled."""
+    J = np.random.default_rng(1).normal(size=(50, 3))
+    units = np.array([1.0, 1e-9, 1e6])
+    found = module.inverse_of_squares(J * units)
+    np.testing.assert_allclose(found, np.linalg.inv(J.T @ J) / np.outer(units, units), rtol=1e-9)
+    nothing = module.inverse_of_squares(J * [1.0, 0.0, 1.0])
+    np.testing.assert_allclose(nothing[::2, ::2], np.linalg.inv(J[:, ::2].T @ J[:, ::2]), rtol=1e-9)
+    assert not nothing[1].any()
+
+
 def test_twin_with_noise(twin, tmp_path):
     """The truth within 3 standard deviations; residuals as large as the noise."""
     noise = 0.01 * float(np.ptp(twin.tension_top.values))

@@ -13,6 +13,8 @@ import pytest
 from dynamics_helpers import merged
 from helpers import REFERENCE
 
+from dolfbuoy.sensitivity import calibrate
+
 JUMPER = {
     "gravity": 9.807,
     "sea": {"depth": 1000.0, "density": 1000.0},
@@ -80,3 +82,22 @@ def test_refined_jumper_stays_with_the_measurement():
     assert rms(error) < 0.5
     error, _ = difference(alone.simulate(IN_WAVES, time__step=0.0125), 4, start=10.0, shift=10.0)
     assert rms(error) < 0.8
+
+
+@pytest.mark.slow
+def test_drag_and_stiffness_found_from_the_measurement(tmp_path):
+    """Case 1, `jumper`: its tension is that of a coefficient of 0.95 and of a cable that stretches; with the stiffness
+    of the paper, 500 MN, which the tension hardly feels, of 0.99."""
+    time, tension = np.loadtxt(REFERENCE / "case1.csv", delimiter=",").T
+    rows = "\n".join(f"{t + 27},{1e3 * T}" for t, T in zip(time, tension, strict=True))
+    (tmp_path / "case1.csv").write_text(f"time,tension_top\n{rows}\n")
+    drag, stiffness = {"cable.normal_drag": (0.3, 3.0)}, {"cable.axial_stiffness": (5e6, 5e9)}
+    one = calibrate("jumper", tmp_path / "case1.csv", drag, offset=(-1.0, 1.0), **{"time.step": 0.1}).dataset
+    both = calibrate(
+        "jumper", tmp_path / "case1.csv", drag | stiffness, offset=(-1.0, 1.0), **{"time.step": 0.1}
+    ).dataset
+    assert one.estimate.values == pytest.approx([0.989, -0.131], abs=0.01)
+    assert both.estimate.values == pytest.approx([0.949, 8.6e6, -0.153], rel=0.05)
+    assert both.deviation.values == pytest.approx([0.004, 2.8e5, 0.003], rel=0.1)
+    assert both.attrs["residual"] < 0.75 * one.attrs["residual"] < 0.03
+    assert max(one.attrs["runs"], both.attrs["runs"]) <= 12
