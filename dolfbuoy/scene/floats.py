@@ -48,12 +48,14 @@ def with_float(table: Any) -> Any:
     name = table["float"]
     if not isinstance(name, str) or name not in FLOATS:
         raise InputError(f"float = {name!r}: must be one of {', '.join(map(repr, FLOATS))}.")
-    one = FLOATS[name]
+    others = [keys_of(one) for one in FLOATS.values()]  # a variation of a scene has those of the float before
+    own = {key: value for key, value in table.items() if all(value != other.get(key) for other in others)}
+    return keys_of(FLOATS[name]) | {key: value for key, value in own.items() if key != "float"}
+
+
+def keys_of(one: Float) -> dict[str, float]:
+    """Keys of a body that is a float."""
     volume = math.pi / 6 * (one.ball or one.diameter) ** 3
-    keys = {
-        "mass": DENSITY * volume - one.buoyancy,
-        "volume": volume,
-        "drag_area": one.drag * math.pi / 4 * one.diameter**2,
-        "added_mass": 0.5,
-    }
-    return keys | {key: value for key, value in table.items() if key != "float"}
+    area = math.pi / 4 * one.diameter**2
+    mass = DENSITY * volume - one.buoyancy
+    return {"mass": mass, "volume": volume, "drag_area": one.drag * area, "added_mass": 0.5}

@@ -170,6 +170,18 @@ def test_floats_have_their_buoyancy_and_drag():
     assert (body.drag_area, body.volume) == (2.0, pytest.approx(math.pi / 6 * 0.76**3))
 
 
+def test_a_variation_takes_another_float():
+    """What a scene gives itself stays; what came from the float before goes."""
+    line = {"length": 10.0, "elements": 2, "line_density": 1.0, "diameter": 0.02, "to": "up"}
+    found = load_scene(
+        {"sea": {"depth": 15.0}, "cable": line, "joint": [{"name": "up", "float": "glass 17 in", "drag_area": 0.7}]}
+    )
+    other = load_scene(found, **{"joint.up.float": "ORE 28 in"})
+    (body,) = other.network.bodies.values()
+    assert DENSITY * body.volume - body.mass == pytest.approx(133.0)
+    assert body.drag_area == 0.7
+
+
 def test_every_float_floats_and_weighs_something():
     for name, one in FLOATS.items():
         keys = with_float({"float": name})
