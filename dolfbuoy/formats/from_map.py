@@ -33,9 +33,14 @@ def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[di
     depth: of the water [m]; absent: that of the deepest fixed node.  Raises InputError.
     """
     lines, options = _split(text)
-    notes, angles = [], list[float]()
+    notes, angles = _guesses(lines), list[float]()
     for number, words in options:
-        if words[0].lower() == "repeat" and all(map(is_number, words[1:])):
+        if words[0] == " ":  # which makes a comment of it
+            if words[1].lower() == "repeat":
+                notes.append(
+                    Note("repeat stands behind a blank, and is no option so: the mooring is made once", number)
+                )
+        elif words[0].lower() == "repeat" and all(map(is_number, words[1:])):
             angles += [number_of(word) for word in words[1:]]
         elif words[0].lower() not in ("option", "(-)"):
             notes.append(Note(f"the option {' '.join(words)} is not carried over", number))
@@ -54,16 +59,29 @@ def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[di
 
 
 def _split(text: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Lines with those of the solver's options emptied, and these with their numbers."""
+    """Lines with those of the solver's options emptied, and the words of these, with the blank before the first one."""
     lines, options, inside = re.split("\r\n|\r|\n", text), list[tuple[int, list[str]]](), False
     for k, line in enumerate(lines):
         if "---" in line:
             inside = "SOLVER" in line.upper()
         elif inside:
-            if (words := line.split("!")[0].split()) and not line.startswith(" "):  # a blank begins a comment there
-                options.append((k + 1, words))
+            if words := line.split("!")[0].split():
+                options.append((k + 1, [" ", *words] if line.startswith(" ") else words))
             lines[k] = ""
     return lines, options
+
+
+def _guesses(lines: list[str]) -> list[Note]:
+    """Sentences about lengths that MAP++ finds."""
+    found, inside = list[Note](), False
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if "---" in line:
+            inside = "LINE PROP" in line.upper()
+        elif inside and len(words) > 2 and words[2].startswith("#"):
+            what = f"UnstrLen {words[2]} is the guess of a length that MAP++ finds: here it is the length"
+            found.append(Note(what, number))
+    return found
 
 
 def _plain(line: str, number: int, depth: float | None) -> str:

@@ -81,6 +81,8 @@ def test_map():
     [
         (("9.8e8  0.7", "9.8e8  0.6"), "line 4: CB differs among line types, and here it does not: the largest, 0.7"),
         (("341      1", "341      7"), None),
+        (("", ""), "line 18: UnstrLen #97.5 is the guess of a length that MAP++ finds: here it is the length"),
+        (("repeat 120", " repeat 120"), "line 24: repeat stands behind a blank, and is no option so"),
     ],
 )
 def test_what_is_said_of_a_file_of_map(change, words):
