@@ -191,7 +191,7 @@ def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> di
     from the file of the key `library`, which goes.  parse: of TOML.  Raises InputError."""
     own = _own(data["library"], parse) if data.get("library") is not None else {}
     found = {name: value for name, value in data.items() if name != "library"}
-    materials = found.get("material", {})
+    materials = found.get("material") or {}
     if not isinstance(materials, dict):
         return found  # no scene: validation refuses it
     known = dict(materials)

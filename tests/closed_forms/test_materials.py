@@ -15,6 +15,7 @@ from every_key import shows
 from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
+from dolfbuoy.scene import varied
 from dolfbuoy.scene.floats import DENSITY, FLOATS, with_float
 from dolfbuoy.scene.library import material
 
@@ -176,10 +177,19 @@ def test_a_variation_takes_another_float():
     found = load_scene(
         {"sea": {"depth": 15.0}, "cable": line, "joint": [{"name": "up", "float": "glass 17 in", "drag_area": 0.7}]}
     )
-    other = load_scene(found, **{"joint.up.float": "ORE 28 in"})
-    (body,) = other.network.bodies.values()
-    assert DENSITY * body.volume - body.mass == pytest.approx(133.0)
-    assert body.drag_area == 0.7
+    change = {"joint.up.float": "ORE 28 in"}
+    for other in (load_scene(found, **change), varied(found, change)):
+        (body,) = other.network.bodies.values()
+        assert DENSITY * body.volume - body.mass == pytest.approx(133.0)
+        assert body.drag_area == 0.7
+
+
+def test_a_variation_brings_a_material():
+    """In a scene that had none."""
+    plain = {"length": 20.0, "elements": 8, "line_density": 1.0, "diameter": 0.02, "axial_stiffness": 1e6}
+    found = load_scene({"sea": {"depth": 15.0}, "cable": plain | {"top": {"kind": "fixed", "position": [9, 0, -1]}}})
+    other = varied(found, {"cable.material": "wire 20 mm", "cable.line_density": None})
+    assert other.network.pieces[0].section.line_density == pytest.approx(5293.0 * 0.02**2)
 
 
 def test_every_float_floats_and_weighs_something():
