@@ -191,6 +191,6 @@ def numbers_of(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
         found = [float(x) for x in value]
     except (TypeError, ValueError):
         found = []
-    if len(found) != count or not all(-most <= x <= most for x in found):
+    if len(found) != count or not all([-most <= x <= most for x in found]):  # noqa: C419  # a list is faster
         raise InputError(f"{key} = {value}: must be {count} numbers of {most:g} at most.")
     return found

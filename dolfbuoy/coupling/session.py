@@ -6,6 +6,7 @@ of the body into those of the world.  Forces are those on the caller's side, as 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from contextlib import ExitStack
 from functools import partial
@@ -229,7 +230,7 @@ class Session:
             raise InputError(f"t = {t}: must be after {begin:g} s, the time that was reached.")
         for name, path in self.paths.items():
             path.follow(t, self._targets.pop(name, None))
-        count = 1 if time.tolerance is not None else max(1, int(np.ceil((t - begin) / time.step - 1e-6)))
+        count = 1 if time.tolerance is not None else max(1, math.ceil((t - begin) / time.step - 1e-6))
         size = self.simulation.control.step
         try:
             for k in range(1, count + 1):
