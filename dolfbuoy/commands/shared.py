@@ -1,5 +1,6 @@
 """Common parts of the commands: options, and how scenes are loaded and results shown."""
 
+import json
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -99,6 +100,14 @@ def print_criteria(record: "xr.Dataset", scene: "Scene") -> None:
 
     if judged := governing(verdicts(record, scene)):
         print_table("\nCriteria", HEADINGS, [one.row() for one in judged])
+
+
+def print_kept_criteria(found: "xr.Dataset") -> None:
+    """Print what governs of each criterion over the cases of a sweep or the runs of statistics, if they have any."""
+    from ..results.criteria import HEADINGS
+
+    if "criteria" in found.attrs:
+        print_table("\nCriteria", HEADINGS, json.loads(found.attrs["criteria"]))
 
 
 def say(*sentences: str) -> None:

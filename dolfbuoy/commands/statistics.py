@@ -1,6 +1,5 @@
 """`dolfbuoy statistics`: statistics of runs, their ramps left out."""
 
-import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ import typer
 from ..errors import InputError
 from ..parallel.ranks import rank
 from .app import app
-from .shared import OverwriteOption, default_folder, number, out_option, print_table, say
+from .shared import OverwriteOption, default_folder, number, out_option, print_kept_criteria, print_table, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +140,6 @@ def _point(text: str | None) -> tuple[float, float] | None:
 
 def show(found: "xr.Dataset", folder: Path) -> None:
     """Print the tables of every set, and what governs of the criteria."""
-    from ..results.criteria import HEADINGS
     from ..results.quantities import shown_in
     from ..results.series import each_series
 
@@ -155,8 +153,7 @@ def show(found: "xr.Dataset", folder: Path) -> None:
                 print_table(title, headings, rows)
     if found.sizes["set"] > MOST_SETS:
         say(f"... and {found.sizes['set'] - MOST_SETS} sets more")
-    if "criteria" in found.attrs:
-        print_table("\nCriteria", HEADINGS, json.loads(found.attrs["criteria"]))
+    print_kept_criteria(found)
     say(*filter(None, found.attrs["notes"].split("\n")))
 
 

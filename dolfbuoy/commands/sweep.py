@@ -140,6 +140,7 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
     cli.print_table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", [*names, *titles, "status"], rows)
     if dataset.sizes["case"] > MOST_ROWS:
         cli.say(f"... and {dataset.sizes['case'] - MOST_ROWS} more")
+    cli.print_kept_criteria(dataset)
 
 
 #: Quantities whose mean is what counts.

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..scene.buoy import ExternalForce, Wind
 from ..scene.sections import Current, Scene
 from . import Array
@@ -153,15 +154,22 @@ def seed_of(scene: Any, wind: Wind) -> int:
 
 
 def tide_of(scene: Scene) -> Callable[[float], float]:
-    """Height of still water above that at t = 0 over time [m]: along the rows of a tide, 0 without one."""
+    """Height of still water above that at t = 0 over time [m]: along the rows of a tide, 0 without one.
+
+    Raises InputError for a tide that leaves no water.
+    """
     if scene.sea is None or scene.sea.tide is None:
         return lambda t: 0.0
-    return remembered(partial(_tide, scene.sea.tide), scene.sea)
+    return remembered(partial(_tide, scene.sea.tide, scene.sea.depth), scene.sea)
 
 
-def _tide(rows: Sequence[Any]) -> Callable[[float], float]:
+def _tide(rows: Sequence[Any], depth: float) -> Callable[[float], float]:
     level = along_rows(rows, 0.0)
     start = float(level(0.0)[0])
+    if (fall := start - min(z for _, z in rows)) >= depth:
+        raise InputError(
+            f"sea.tide falls by {fall:g} m from t = 0 on: it must fall by less than sea.depth, {depth:g} m."
+        )
     return lambda t: float(level(t)[0]) - start
 
 

@@ -140,5 +140,7 @@ def scene(text: str, command: str = "run", common: bool = False) -> Markup:
 def versions(attributes: dict[str, Any]) -> Markup:
     """Versions that computed the record, and when."""
     names = [(key.removeprefix("version_"), value) for key, value in attributes.items() if key.startswith("version_")]
-    rows = [("computed", attributes.get("created", "")), *names, ("ranks", attributes.get("ranks", 1))]
-    return section("versions", "Versions", table(("program", "version"), rows))
+    known = [
+        (word, attributes[key]) for word, key in (("computed", "created"), ("ranks", "ranks")) if key in attributes
+    ]
+    return section("versions", "Versions", table(("program", "version"), [*known[:1], *names, *known[1:]]))

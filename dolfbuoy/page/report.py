@@ -210,7 +210,8 @@ def _cases(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         one = dataset.isel(case=i)
         varied = ", ".join(f"{key} = {one[key.replace('.', '_')].item()}" for key in keys)
         left = one.criterion_left.item() if "criterion_left" in one else math.nan
-        word = "" if math.isnan(left) else f"; {one.criterion.item()}: {rounded(left)} % left"
+        size = f"{rounded(abs(left))} % {'left' if left >= 0 else 'missing'}"
+        word = "" if math.isnan(left) else f"; {one.criterion.item()}: {size}"
         yield str(i + 1), f"{varied} ({one.status.item()}{word})"
     if dataset.sizes["case"] > MOST_CASES:
         yield "...", f"and {dataset.sizes['case'] - MOST_CASES} more"
@@ -295,5 +296,6 @@ def _figures(every: Iterable[tuple[str, Figure]]) -> Markup:
 
 
 def _appendix(scene: Scene, attributes: dict[str, Any]) -> Markup:
-    """Versions, and the scene that reproduces it."""
-    return tag("div", html.versions(attributes), html.scene(scene.to_toml()), class_="grid")
+    """Versions, and the scene that reproduces it, of a sweep that of all cases."""
+    scene_of_it = html.scene(scene.to_toml(), common="varied" in attributes)
+    return tag("div", html.versions(attributes), scene_of_it, class_="grid")

@@ -18,8 +18,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..scene.variants import in_words
 from .bars import STATISTICS as BARS
-from .criteria import governing, over_cases
+from .criteria import Verdict, governing, over_cases
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
 from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
@@ -42,7 +43,13 @@ def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
     numbers = [*STATISTICS, *sorted(known - set(STATISTICS))]  # and error bars, where the scene estimates them
     data |= columns.table([row["statistics"] for row in rows], numbers, "case")
-    return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
+    judged = over_cases((in_words(row["changes"]), row) for row in rows)
+    return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys), **_in_words(judged)})
+
+
+def _in_words(judged: list[Verdict]) -> dict[str, str]:
+    """Attribute with the rows of what governs of each criterion, if there is any."""
+    return {"criteria": json.dumps([one.row() for one in governing(judged)])} if judged else {}
 
 
 def _judged(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -124,8 +131,7 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
         "covered": COVERED,
     }
     attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
-    if judged := governing(over_cases((run.name if len(runs) > 1 else "", run.sample) for run in runs)):
-        attributes["criteria"] = json.dumps([one.row() for one in judged])
+    attributes |= _in_words(over_cases((run.name if len(runs) > 1 else "", run.sample) for run in runs))
     attributes["notes"] = "\n".join([*_parted(runs), *notes, *curves_in_words(curves)])
     return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 

@@ -165,6 +165,8 @@ def check_fatigue(scene: "Scene") -> None:
                 curve.reference(piece.section.breaking_load, piece.section.steel_area, corrosion + TINY * rate)
             except Missing as error:
                 raise Missing(f"{network.key_of(piece.cable)}.{error.key}", error.why) from None
+            except Wrong as error:
+                raise Wrong(error.key, corrosion, error.allowed) from None  # as it was given
     if fatigue is None:
         return
     if not network.pieces:

@@ -13,6 +13,7 @@ from every_key import shows
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
+from dolfbuoy.commands.sweep import _show
 from dolfbuoy.page.run_page import run_page
 from dolfbuoy.results.criteria import Verdict, governing, never_met, verdicts
 from dolfbuoy.results.summary import warnings
@@ -127,7 +128,7 @@ def test_the_part_with_the_least_left_governs():
     assert horizontal.value == float(record.anchor_horizontal.max())
 
 
-def test_what_is_missed_is_told_everywhere(record, tmp_path, call):
+def test_what_is_missed_is_told_everywhere(record, tmp_path, call, capsys):
     """In the summary's warnings, on the page, by check, in a sweep and in its statistics."""
     scene = load_scene(RUN | {"criteria": {"largest_offset": 1.0}})
     said = [s for s in warnings(record, scene) if s.startswith("Criterion not met: offset, buoy: ")]
@@ -141,9 +142,14 @@ def test_what_is_missed_is_told_everywhere(record, tmp_path, call):
     found = dolfbuoy.check(scene)
     assert next(value for name, value, *_ in found.numbers if name == "at rest: offset") > 1.0
     assert any("At rest already: Criterion not met: offset" in sentence for sentence in found.warnings)
-    sweep(load_scene(scene, waves__ramp=0.0), ["current.speed=0.2,0.6"], None, tmp_path)
+    swept = sweep(load_scene(scene, waves__ramp=0.0), ["current.speed=0.2,0.6"], None, tmp_path)
     rows = json.loads(statistics(tmp_path).attrs["criteria"])
     assert rows[0][:2] == ["offset", "buoy, current.speed = 0.6"]
+    assert json.loads(swept.attrs["criteria"]) == rows
+    _show(swept, tmp_path)
+    shown = capsys.readouterr().out
+    assert "governed by" in shown
+    assert "current.speed = 0.6" in " ".join(shown.split())
     scene.save(tmp_path / "scene.toml")
     code, out, _ = call("static", tmp_path / "scene.toml", "--out", tmp_path / "static")
     assert code == 0

@@ -144,7 +144,11 @@ REFUSED = {
     "no curve": ({}, {}, "fatigue.curve: must be given"),
     "no load": ({"curve": "API studless"}, {}, "cable.breaking_load: must be given, the fatigue curve 'API studless'"),
     "no area": ({"curve": "DNV studless"}, {"breaking_load": 1e6}, "cable.steel_area: must be given"),
-    "corrosion": ({"curve": "DNV studless", "corrosion": 0.06}, {"steel_area": AREA}, "less than the bar of the chain"),
+    "corrosion": (
+        {"curve": "DNV studless", "corrosion": 0.09, "corrosion_rate": 0.01},
+        {"steel_area": AREA},
+        "= 0.09: must be less than the bar of the chain",
+    ),
     "bar": ({"curve": "API studless", "corrosion": 0.001}, {"breaking_load": 1e6}, "cable.steel_area: must be given"),
     "wire": ({"curve": "API six-strand", "corrosion": 0.001}, {"breaking_load": 1e6}, "goes with chains"),
     "dense": ({"curve": "1e15 N^3", "spacing": 1e-4}, {}, "fatigue.spacing = 0.0001: must be at least"),

@@ -153,6 +153,17 @@ def test_check_says_what_a_tide_is_and_what_is_too_much():
     assert "tide" not in "\n".join(derived(load_scene(MOORED | waves, sea__tide=None)).warnings)
 
 
+@pytest.mark.parametrize(("rows", "fall"), [([[0.0, 0.0], [9.0, -20.0]], 20), ([[0.0, 3.0], [9.0, -27.0]], 30)])
+def test_a_tide_leaves_water(rows, fall, call, tmp_path):
+    (tmp_path / "scene.toml").write_text(load_scene(MOORED).to_toml(), encoding="utf-8")
+    code, _, error = call("run", tmp_path / "scene.toml", "--set", f"sea.tide={rows}", "--out", tmp_path / "run")
+    assert code == 2
+    assert f"sea.tide falls by {fall} m from t = 0 on: it must fall by less than sea.depth, 20 m." in " ".join(
+        error.split()
+    )
+    tide_of(load_scene(MOORED, sea__tide=[[0.0, 5.0], [9.0, -14.9]]))
+
+
 @pytest.mark.parametrize("rows", [[], [[5.0, 2.0]], [[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0, 2.0]], "no such file"])
 def test_what_is_no_tide(rows):
     with pytest.raises(InputError, match=r"sea\.tide"):

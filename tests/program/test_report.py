@@ -15,6 +15,7 @@ import dolfbuoy
 from dolfbuoy import load_scene
 from dolfbuoy.page.report import _governing
 from dolfbuoy.results.record import read
+from dolfbuoy.solver import compat
 from dolfbuoy.studies.sweep import sweep
 
 SIGNED = {"project": "Harbour <b>light</b>", "author": "A. Engineer", "revision": "C2"}
@@ -89,9 +90,12 @@ def test_of_a_sweep(tmp_path, call):
     assert call("report", tmp_path)[0] == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     first = cells(text, "1")[0]
-    assert first.startswith("current.speed = 0.2 (done; offset buoy: -")
-    left = float(re.search(r"offset buoy: (\S+) % left", first)[1])
-    assert left == pytest.approx(float(found.criterion_left[0]), rel=5e-3)
+    assert first.startswith("current.speed = 0.2 (done; offset buoy: ")
+    missing = float(re.search(r"offset buoy: (\S+) % missing", first)[1])
+    assert -missing == pytest.approx(float(found.criterion_left[0]), rel=5e-3)
+    assert "All cases are this scene, but for what varies." in text
+    for name, version in compat.versions().items():
+        assert cells(text, name) == [version]
     assert cells(text, "offset")[0] == "buoy, current.speed = 0.9"
     (found,) = [row for row in re.findall(r"<tr>.*?</tr>", text) if '<th scope="row">tension top</th>' in row]
     assert "current.speed = 0.9" in found
