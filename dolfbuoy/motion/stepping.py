@@ -24,7 +24,8 @@ class StepControl:
         return remaining if count <= 1 else self._share(remaining, count)
 
     def _share(self, remaining, count):
-        return self.step
+        """Two steps are halves: after failures doubled steps leave 2^-n of a step, which the next full one upsets."""
+        return remaining / 2 if count == 2 else self.step
 
     def judge(self, step, error):
         """True if a step that was solved counts; `error` is its local error over the tolerance, or None."""

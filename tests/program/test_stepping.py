@@ -54,6 +54,21 @@ def test_a_failed_step_is_halved_and_grows_back():
     assert control.accepted == len(taken)
 
 
+@pytest.mark.parametrize("halvings", [1, 2, 5, 12])
+def test_no_sliver_is_left_before_the_next_milestone(halvings):
+    """After failures steps double, over milestones too: a sliver, 2^-n of the full step after it, would upset BDF2."""
+    control, left = StepControl(1.0, smallest=1e-9), [halvings]
+
+    def fails(t, h):
+        left[0] -= 1
+        return left[0] >= 0
+
+    taken = march(control, [1.0, 2.0, 3.0, 4.0], error=lambda t, h: None, fails=fails)
+    assert taken[0, 1] == 2.0**-halvings
+    assert (taken[1:, 1] / taken[:-1, 1]).max() <= 2 * (1 + 1e-12)
+    assert control.step == 1.0
+
+
 def test_the_smallest_step_is_the_end():
     """A step that fails at any size ends with the reason and the size."""
     control = StepControl(0.1, smallest=0.01)
