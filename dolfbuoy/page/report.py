@@ -175,8 +175,21 @@ def in_words(scene: Scene) -> list[str]:
     for name, buoy in network.buoys.items():
         mass = buoy.mass + sum(point.mass for point in buoy.point_masses)
         found.append(f"{f'Buoy {name}' if len(network.buoys) > 1 else 'Buoy'}: {mass:g} kg.")
-    loads = [_sea(scene), *([f"wind of {scene.wind.speed_10m:g} m/s 10 m above the water"] if scene.wind else [])]
-    return [*found, f"Loads: {', '.join(loads)}."]
+    return [*found, f"Loads: {', '.join(dict.fromkeys([_sea(scene), *_pushes(scene)]))}."]
+
+
+def _pushes(scene: Scene) -> Iterator[str]:
+    """Wind and external force on each buoy in words."""
+    for buoy in scene.network.buoys.values():
+        if wind := buoy.wind:
+            gusts = " with gusts" if wind.gusts else ""
+            yield f"wind of {wind.speed_10m:g} m/s 10 m above the water{gusts}{_changes(wind)}"
+        if force := buoy.external_force:
+            yield f"a force of {np.linalg.norm(force.force):g} N{_changes(force)}"
+
+
+def _changes(load: Any) -> str:
+    return ", changing over time" if load.over_time else ""
 
 
 def _sea(scene: Scene) -> str:
@@ -192,8 +205,7 @@ def _sea(scene: Scene) -> str:
     if current is not None:
         speed = "by depth" if current.speed is None else f"of {current.speed:g} m/s"
         towards = "and time" if current.grid else f"towards {current.direction_deg:g} degrees"
-        changes = ", changing over time" if current.over_time else ""
-        parts.append(f"a current {speed} {towards}{changes}")
+        parts.append(f"a current {speed} {towards}{_changes(current)}")
     if scene.sea is not None and scene.sea.tide is not None:
         parts.append(f"a tide of {np.subtract(*range_of_tide(scene)[::-1]):.3g} m")
     return ", ".join(parts)

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..scene.variants import SEED
 from . import style
 from .quantities import shown_in
 from .series import each_series
@@ -22,8 +23,8 @@ MOST_BARS = 200
 
 @matplotlib.rc_context(style.STYLE)  # type: ignore[untyped-decorator]  # matplotlib has no types
 def draw(dataset: xr.Dataset) -> Figure:
-    """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
-    of the others; else, or where these are too many to tell apart, case by case."""
+    """Mean and range of the main quantities: over the first varied key if it is a number and no seed, a colour for each
+    combination of the others; else, or where these are too many to tell apart, case by case."""
     series = each_series(dataset, "mean", shown_in("sweep figure"))[:MOST_PANELS]
     figure = style.new_figure(style.PAGE, 1.9 * max(len(series), 1) + 0.8)
     axes = np.atleast_1d(figure.subplots(max(len(series), 1), 1, sharex=True))
@@ -64,7 +65,7 @@ def _groups(dataset: xr.Dataset) -> tuple[str, list[tuple[str, NDArray[Any], NDA
     different = list(dict.fromkeys(labels))
     points = set(zip(labels, first.tolist(), strict=True))
     crowded = len(different) > 9 or max(map(len, different)) > 40
-    if first.dtype.kind not in "if" or crowded or len(points) < len(first):
+    if keys[0] == SEED or first.dtype.kind not in "if" or crowded or len(points) < len(first):
         return "case", [("", np.arange(len(first)), np.arange(len(first)))]
     members = [np.flatnonzero([label == group for label in labels]) for group in different]
     return keys[0], [(group, first[m], m) for group, m in zip(different, members, strict=True)]

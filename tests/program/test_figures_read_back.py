@@ -102,8 +102,9 @@ def test_cases_in_groups_stand_beside_each_other():
         [{"a.x": 1.0, "b.y": y} for y in range(12)],
         [{"a.x": x} for x in (1.0, 1.0, 2.0)],
         [{"a.x": 1.0, "b.y": "w" * (30 + 5 * y)} for y in range(3)],
+        [{"waves.seed": seed} for seed in (3886192580, 584834780)],
     ],
-    ids=["words", "many groups", "twice the same", "long words"],
+    ids=["words", "many groups", "twice the same", "long words", "seeds"],
 )
 def test_what_is_no_abscissa_is_shown_case_by_case(changes):
     (axes,) = draw(swept(changes)).axes

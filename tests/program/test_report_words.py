@@ -55,7 +55,7 @@ def test_lines_and_buoys_in_words():
 
 
 #: Without what moves it.
-STILL = {key: value for key, value in MOORED.items() if key not in ("waves", "current")}
+STILL = {key: value for key, value in MOORED.items() if key not in ("waves", "current", "external_force")}
 SLOW = {"current": {"speed": 0.5}}
 SEA = {"spectrum": "jonswap", "significant_height": 2.5, "peak_period": 7.25, "seed": 4}
 
@@ -83,6 +83,10 @@ def test_waves_and_current_in_words(changes, said):
     assert report._sea(load_scene(STILL | changes)) == said
     blown = load_scene(STILL | changes, wind={"speed_10m": 12.5, "area": 1.0, "height": 2.0})
     assert report.in_words(blown)[-1] == f"Loads: {said}, wind of 12.5 m/s 10 m above the water."
+    pushed = {"force": [30.0, 0.0, 40.0], "over_time": [[0.0, 0.0, 0.0, 0.0], [9.0, 5.0, 0.0, 0.0]]}
+    rough = load_scene(blown, wind__gusts="npd", external_force=pushed)
+    gusts, force = "wind of 12.5 m/s 10 m above the water with gusts", "a force of 50 N, changing over time"
+    assert report.in_words(rough)[-1] == f"Loads: {said}, {gusts}, {force}."
 
 
 def test_settings_and_who_computed():
