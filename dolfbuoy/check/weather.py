@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: Acceleration of the water [m/s^2] from which on its inertia may count.
 FAST = 0.01
+#: Part of the range of a tide by which it may go beyond its rows unsaid.
+BEYOND = 0.02
 #: Part of the depth from which on a tide's change of the depth may count for waves.
 DEEPER = 0.2
 
@@ -46,6 +48,11 @@ def _tide(scene: Scene, sea: Sea, report: "Report") -> None:
     """Range of a tide, and what it is too fast or too large for."""
     (low, high), times = range_of_tide(scene), np.array([t for t, _ in sea.tide or []])
     report.add("range of the tide", high - low, "m", f"from {low:.3g} to {high:.3g} m")
+    beyond = high - low - float(np.ptp([z for _, z in sea.tide or []]))
+    report.warn(
+        beyond > BEYOND * (high - low),
+        f"sea.tide goes {beyond:.2g} m beyond its rows, on the curve that joins them: more rows would hold it.",
+    )
     rate = float(np.abs(np.diff([z for _, z in sea.tide or []]) / np.diff(times)).max(initial=0.0))
     report.warn(rate > FAST, f"The tide changes by up to {rate:.2g} m/s: the water's own velocity is not counted.")
     report.warn(

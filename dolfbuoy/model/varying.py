@@ -15,7 +15,7 @@ from ..scene.buoy import ExternalForce, Wind
 from ..scene.sections import Current, Scene
 from . import Array
 from .airy import ramp, remembered
-from .splines import along_rows
+from .splines import along_rows, spline
 
 #: Frequencies that a sum of gusts has [Hz]: those of the spectrum of the NPD.
 LOWEST, HIGHEST = 1 / 600, 0.5
@@ -166,7 +166,7 @@ def tide_of(scene: Scene) -> Callable[[float], float]:
 def _tide(rows: Sequence[Any], depth: float) -> Callable[[float], float]:
     level = along_rows(rows, 0.0)
     start = float(level(0.0)[0])
-    if (fall := start - min(z for _, z in rows)) >= depth:
+    if (fall := -_range(rows)[0]) >= depth:
         raise InputError(
             f"sea.tide falls by {fall:g} m from t = 0 on: it must fall by less than sea.depth, {depth:g} m."
         )
@@ -174,10 +174,17 @@ def _tide(rows: Sequence[Any], depth: float) -> Callable[[float], float]:
 
 
 def range_of_tide(scene: Scene) -> tuple[float, float]:
-    """The lowest and the highest of the heights of still water that a scene gives, and of 0 [m]."""
-    rows = scene.sea.tide if scene.sea else None
-    heights = [0.0, *(tide_of(scene)(t) for t, _ in rows or [])]
-    return min(heights), max(heights)
+    """The lowest and the highest height of still water in a scene, above that at t = 0, and of 0 [m]."""
+    return _range(scene.sea.tide) if scene.sea and scene.sea.tide else (0.0, 0.0)
+
+
+def _range(rows: Sequence[Any]) -> tuple[float, float]:
+    """Extremes of the spline through rows [t, z], which may lie between them, above its value at t = 0."""
+    table = np.asarray(rows, dtype=float)
+    path, times = spline(table), table[:, 0]
+    turns = path.derivative().roots(extrapolate=False)[0]  # not finite where it is constant
+    heights = path(np.concatenate([times, turns[np.isfinite(turns)]])) - path(np.clip(0.0, times[0], times[-1]))
+    return min(0.0, float(heights.min())), max(0.0, float(heights.max()))
 
 
 # -- current -----------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from dolfbuoy.check.report import derived
 from dolfbuoy.model.riding import rider_of
 from dolfbuoy.model.sea import elevation_at, velocity_at
 from dolfbuoy.model.surfacing import surfacing
-from dolfbuoy.model.varying import tide_of
+from dolfbuoy.model.varying import range_of_tide, tide_of
 from dolfbuoy.page.pack import exact
 from dolfbuoy.page.view import view_of
 from dolfbuoy.results.frame import Frames
@@ -146,11 +146,26 @@ def test_check_says_what_a_tide_is_and_what_is_too_much():
     waves = {"waves": {"height": 0.2, "period": 5.0}}
     report = derived(load_scene(MOORED | waves, sea__tide=[[0.0, 0.0], [100.0, 3.0], [200.0, -2.0]]))
     (row,) = [row for row in report.numbers if row[0] == "range of the tide"]
-    assert row[1] == pytest.approx(5.0)
+    top = 10.5 * (14 / 15) ** 2 - 7.5 * (14 / 15) ** 3  # of the curve, by hand: 0.05 m above the row
+    assert row[1] == pytest.approx(top + 2.0)
     said = "\n".join(report.warnings)
-    for part in ("changes by up to 0.05 m/s", "sea.tide ends at 200 s", "changes the depth by 5 m"):
+    for part in ("changes by up to 0.05 m/s", "sea.tide ends at 200 s", "changes the depth by 5.05 m"):
         assert part in said
     assert "tide" not in "\n".join(derived(load_scene(MOORED | waves, sea__tide=None)).warnings)
+
+
+def test_extremes_between_rows_count():
+    """A stand of high water between two rows, over which the curve rises by a quarter of the range."""
+    rows = [[0.0, 0.3], [600.0, 2.3], [1200.0, 2.3], [1800.0, 0.3]]
+    scene = load_scene(MOORED, sea__tide=rows)
+    level = max(map(tide_of(scene), np.linspace(0.0, 1800.0, 1801)))
+    assert range_of_tide(scene) == (pytest.approx(0.0, abs=1e-12), pytest.approx(2.5, abs=1e-12))
+    assert level == pytest.approx(2.5, abs=1e-9)
+    assert any("sea.tide goes 0.5 m beyond its rows" in said for said in derived(scene).warnings)
+    assert not any("beyond" in said for said in derived(load_scene(MOORED)).warnings)
+    assert range_of_tide(load_scene(MOORED, sea__tide=[[0.0, 1.0], [9.0, 1.0], [20.0, 1.0]])) == (0.0, 0.0)
+    with pytest.raises(InputError, match="falls by 22"):
+        tide_of(load_scene(MOORED, sea__tide=[[t, -8.8 * (z - 0.3)] for t, z in rows]))
 
 
 @pytest.mark.parametrize(("rows", "fall"), [([[0.0, 0.0], [9.0, -20.0]], 20), ([[0.0, 3.0], [9.0, -27.0]], 30)])
