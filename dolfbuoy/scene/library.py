@@ -196,37 +196,48 @@ def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> di
         return found  # no scene: validation refuses it
     known = dict(materials)
 
-    def named(table: Any) -> Any:
+    def named(table: Any, path: str) -> Any:
         """A cable or a segment whose material, and that of its segments, is in `known`."""
         if not isinstance(table, dict):
             return table
         if isinstance(table.get("segments"), list):
-            table = table | {"segments": [_with_body(named(segment)) for segment in table["segments"]]}
+            places = ((f"{path}.segments.{k}", segment) for k, segment in enumerate(table["segments"]))
+            table = table | {"segments": [_with_body(named(segment, place), place) for place, segment in places]}
         name = table.get("material")
-        keys = own.get(name) or material(name) if isinstance(name, str) and name not in known else None
+        keys = own.get(name) or _at(path, material, name) if isinstance(name, str) and name not in known else None
         if keys is None:
             return table
         place = re.sub(r"[^A-Za-z0-9_]+", "-", name.replace(".", "_")).strip("-")
         there = known.setdefault(place, keys)
         if (there if isinstance(there, dict) else there.model_dump(exclude_none=True)) != keys:
             raise InputError(
-                f"material = {name!r}: the scene has another [material.{place}]: take that name, or call it otherwise."
+                f"{path}.material = {name!r}: the scene has another [material.{place}]: "
+                "take that name, or call it otherwise."
             )
         return table | {"material": place}
 
     if isinstance(found.get("joint"), list):
-        found["joint"] = [with_float(joint) for joint in found["joint"]]
+        found["joint"] = [_at(f"joint.{k}", with_float, joint) for k, joint in enumerate(found["joint"])]
     if "cable" in found:
         cable = found["cable"]
-        found["cable"] = [named(line) for line in cable] if isinstance(cable, list) else named(cable)
+        several = isinstance(cable, list)
+        found["cable"] = [named(x, f"cable.{k}") for k, x in enumerate(cable)] if several else named(cable, "cable")
     return found | {"material": known} if known else found
 
 
-def _with_body(segment: Any) -> Any:
+def _with_body(segment: Any, path: str) -> Any:
     """A segment whose body may be a float of the library."""
     if not isinstance(segment, dict) or "body" not in segment:
         return segment
-    return segment | {"body": with_float(segment["body"])}
+    return segment | {"body": _at(f"{path}.body", with_float, segment["body"])}
+
+
+def _at(path: str, make: Callable[[Any], Any], given: Any) -> Any:
+    """Do it; a sentence about a key begins with its path."""
+    try:
+        return make(given)
+    except InputError as error:
+        raise InputError(f"{path}.{error}") from None
 
 
 def _own(library: Any, parse: Callable[[str], dict[str, Any]]) -> dict[str, Any]:

@@ -203,7 +203,7 @@ def test_every_float_floats_and_weighs_something():
 def test_no_such_float(name):
     joint = [{"name": "up", "float": name}]
     line = {"length": 10.0, "elements": 2, "line_density": 1.0, "to": "up"}
-    with pytest.raises(InputError, match=r"float = .*must be one of 'ORE 28 in'"):
+    with pytest.raises(InputError, match=r"^joint\.0\.float = .*must be one of 'ORE 28 in'"):
         load_scene({"sea": {"depth": 15.0}, "cable": line, "joint": joint})
 
 
@@ -321,3 +321,12 @@ def test_two_materials_of_one_name():
     other = {"wire-20-mm": {"line_density": 1.0, "diameter": 0.02}}
     with pytest.raises(InputError, match=r"another \[material.wire-20-mm\]"):
         load_scene(scene("wire 20 mm") | {"material": other})
+
+
+def test_a_material_that_there_is_not_is_told_by_its_place():
+    bad = scene("wire 20 mm", "wire 2000 mm")
+    with pytest.raises(InputError, match=r"^cable\.segments\.1\.material = 'wire 2000 mm': must have a size"):
+        load_scene(bad)
+    bad["cable"]["segments"][1] = bad["cable"]["segments"][0] | {"body": {"float": "none"}}
+    with pytest.raises(InputError, match=r"^cable\.segments\.1\.body\.float = 'none': must be one of"):
+        load_scene(bad)
