@@ -8,10 +8,11 @@ modes lie about a small one.
 
 import contextlib
 from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from petsc4py import PETSc
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity, vstack
 from scipy.sparse.linalg import splu
@@ -34,6 +35,8 @@ NEARLY = (1e-13, 1e-12, 1e-11, 1e-10)
 PART, PARTS = 0.2, (0.02, 2.0)
 #: Of eigenvalues that are computed all at once: another shift, about which those that are finite are the same.
 ACCURACY, OTHER = 1e-6, 1.7
+#: How far from an eigenvalue its vector is iterated, in parts of it.
+NEXT = 1e-9, 3e-9, 1e-8
 #: Of eigenvalues that are computed all at once: ratio of the radii of rings, and the most rings.
 RING, RINGS = 30.0, 7
 #: How often SLEPc is asked, each time for other numbers of eigenvalues.
@@ -119,15 +122,23 @@ class Quadratic:
         # what mixing has lost among motions a thousand times as stiff: from vectors at random
         lost = [root for root in np.delete(exact, theirs) if abs(root) <= RING]
         starts = np.random.default_rng(1).standard_normal((len(lost), len(vectors)))
-        more = [self._refined(root, start) for root, start in zip(lost, starts, strict=True)]
-        vectors = np.hstack([vectors[:, zero], vectors[:, mine], *(x[:, None] for x in more)])
-        return np.concatenate([roots[zero], exact[theirs], lost]), vectors
+        found = [(root, self._refined(root, start)) for root, start in zip(lost, starts, strict=True)]
+        found = [pair for pair in found if self.residuals(pair[0], pair[1][:, None])[0] < RESIDUAL]
+        vectors = np.hstack([vectors[:, zero], vectors[:, mine], *(vector[:, None] for _, vector in found)])
+        return np.concatenate([roots[zero], exact[theirs], [root for root, _ in found]]), vectors
 
     def _refined(self, root: complex, vector: Array) -> Array:
         """Inverse iteration next to an eigenvalue."""
-        c = root * (1 + 1e-9)
         K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
-        solve = lu_factor(K + c * E + c**2 * M)
+        with catch_warnings():
+            simplefilter("error", LinAlgWarning)
+            for near in NEXT:
+                c = root * (1 + near)
+                with contextlib.suppress(LinAlgWarning):  # exactly singular
+                    solve = lu_factor(K + c * E + c**2 * M)
+                    break
+            else:
+                return vector
         for _ in range(2):
             vector = lu_solve(solve, (E + 2 * c * M) @ vector)
             vector = vector / np.linalg.norm(vector)
