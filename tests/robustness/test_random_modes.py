@@ -118,6 +118,18 @@ def test_random_modes():
     assert confirmed(ends) > 0.2, ends
 
 
+def test_a_motion_much_stiffer_than_the_others():
+    """25 t on a hanging rope that hardly stretches: sqrt(EA/L/m) = 789 rad/s, among motions of the rope itself."""
+    cable = {"length": 13.2, "line_density": 0.0145, "elements": 4, "grading": 2.85, "axial_stiffness": 2.026e11}
+    cable |= {"position_degree": 2, "tension_degree": 1}
+    buoy = {"mass": 24650.0, "hull": [[0.0, 6.3], [0.53, 3.65]], "center_of_mass": 0.0, "inertia": [1e5, 1e5]}
+    found = linearise(load_scene({"cable": cable, "buoy": buoy}), MPI.COMM_SELF)
+    modes = lowest_modes(found, 6)
+    assert min(abs(mode.omega - np.sqrt(2.026e11 / 13.2 / 24650.0)) for mode in modes) < 1.0
+    assert judge({"cable": cable, "buoy": buoy}) == "confirmed"
+    found.destroy()
+
+
 @pytest.mark.slow
 def test_many_random_modes():
     ends = collect(st.sampled_from(sorted(STRUCTURES)).flatmap(lambda name: scenes(STRUCTURES[name])), 200)
