@@ -212,9 +212,9 @@ class Session:
         time: Any = self.scene.time
         dt = time.step if dt is None else dt
         begin, size, count = self._series
-        if dt != size or abs(begin + count * size - self.t) > 1e-9 * dt:
+        if dt != size or abs(begin + count * size - self.simulation.t) > 1e-9 * dt:
             begin, count = self.t, 0
-        if not 0 < dt < np.inf:
+        if not 0 < dt < math.inf:
             raise InputError(f"dt = {dt}: must be a positive number of seconds.")
         self.advance_to(begin + (count + 1) * dt)
         self._series = begin, dt, count + 1
@@ -225,8 +225,8 @@ class Session:
         What is driven moves there over this time.  Raises SolveError if a step fails for good, at an earlier time.
         """
         time: Any = self.scene.time
-        begin = self.t
-        if not begin < t < np.inf:
+        begin = self.simulation.t
+        if not begin < t < math.inf:
             raise InputError(f"t = {t}: must be after {begin:g} s, the time that was reached.")
         for name, path in self.paths.items():
             path.follow(t, self._targets.pop(name, None))
@@ -241,7 +241,8 @@ class Session:
         except BaseException:
             self._give_up(begin, size)
             raise
-        self._find_required()
+        if self._required:
+            self._find_required()
 
     def _give_up(self, begin: float, size: float) -> None:
         """Be ready for another try where a solve failed: with steps as large as before, from where all that is driven
