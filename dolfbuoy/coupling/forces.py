@@ -18,13 +18,13 @@ DIFFERENCE = 1e-6
 class Force:
     """A load on rows of the equations, evaluated anew wherever Newton's method is; and its derivative there.
 
-    rows: of the force (3), of a buoy and of the moment (6); columns: unknowns that the state is made of, sizes: theirs.
+    `rows`: of the force (3), of a buoy and of the moment (6).  Their columns: unknowns that the state is made of.
     function: (t, state) -> force [N], of a buoy perhaps (force, moment [N m]); None: there is no such load any more.
     """
 
     def __init__(self, simulation: Simulation, rows: Array, body: Any = None) -> None:
         self.function: Callable[[float, Any], Any] | None = None
-        self.simulation, self.system, self._rows = simulation, simulation.system, rows
+        self.simulation, self.system, self.rows = simulation, simulation.system, rows
         if body is None:
             self._columns, self._sizes = rows, np.full(3, max(1.0, simulation.problem.lines.longest))
             self._state: Callable[[Array], Any] = self._of_point
@@ -41,7 +41,7 @@ class Force:
             return
         y = self.system.u[self._columns]
         load = self._load(y)
-        self.system.loads[self._rows] = -load
+        self.system.loads[self.rows] = -load
         if not self.simulation.newton.numbers.valid:  # a matrix is about to be made
             for k, step in enumerate(DIFFERENCE * self._sizes):
                 near = y.copy()
@@ -56,12 +56,12 @@ class Force:
     def _load(self, y: Array) -> Array:
         function: Any = self.function
         found = np.ravel(function(float(self.simulation.problem.time[0]), self._state(y))).astype(float)
-        if found.shape not in ((3,), (len(self._rows),)) or not np.all(np.isfinite(found)):
+        if found.shape not in ((3,), (len(self.rows),)) or not np.all(np.isfinite(found)):
             allowed = (
-                "3 finite numbers" if len(self._rows) == 3 else "a force, or a force and a moment, of finite numbers"
+                "3 finite numbers" if len(self.rows) == 3 else "a force, or a force and a moment, of finite numbers"
             )
             raise InputError(f"load: a function gave {found.tolist()}; must be {allowed}.")
-        return np.concatenate([found, np.zeros(len(self._rows) - len(found))])
+        return np.concatenate([found, np.zeros(len(self.rows) - len(found))])
 
     def _of_point(self, position: Array) -> PointState:
         past = self.simulation.past

@@ -35,6 +35,59 @@ def copied(tree: Any) -> Any:
     return tree.copy() if isinstance(tree, np.ndarray) else tree
 
 
+def own_of(session: "Session") -> dict[str, Any]:
+    """A copy of what belongs to an instant besides the Simulation."""
+    system = session.simulation.system
+    return {name: copied(getattr(session, name)) for name in OWN} | {
+        "loads": system.loads.copy() if "loads" in vars(system) else 0.0,
+        "functions": {name: force.function for name, force in session._forces.items()},
+        "paths": {name: dict(vars(path)) for name, path in session.paths.items()},
+    }
+
+
+def put_back(session: "Session", own: dict[str, Any]) -> None:
+    """Take all of `own_of` but the functions."""
+    for name in OWN:
+        setattr(session, name, copied(own[name]))
+    for name, path in session.paths.items():
+        vars(path).update(own["paths"][name])
+    system = session.simulation.system
+    if "loads" in vars(system) or np.any(own["loads"]):
+        system.loads[:] = own["loads"]
+
+
+def kept(session: "Session") -> dict[str, Any]:
+    """`own_of` for a checkpoint: functions of Python, and what they load, have to be given again."""
+    own = own_of(session)
+    own["functions"] = [name for name, force in session._forces.items() if force.function is not None]
+    for name in own["functions"]:
+        own["loads"][session._forces[name].rows] = 0.0
+    for path in own["paths"].values():
+        path["function"] = None
+    return {"session": json.dumps(_plain(own))}
+
+
+def take_up(session: "Session", state: dict[str, Any]) -> bool:
+    """Go on with what `kept` put in the state of a checkpoint; False where that is of other driven things."""
+    try:
+        own = _tree(json.loads(state.get("session", '{"dict": [["paths", {"dict": []}]]}')))
+        same = {*own["paths"]} == {*session.paths}
+        if same and "functions" in own:
+            put_back(session, own | {"_required": _wrenches(own["_required"])})
+            session._awaited = {(session.t, name) for name in own["functions"]}
+            return True
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise InputError("The checkpoint's session is not one of this scene: it can only begin anew.") from None
+    if session.carried:
+        before = ", ".join(own["paths"]) or "nothing"
+        raise InputError(f"driven: a vessel's pose is known of a session that drove the same: {before}.")
+    return False
+
+
+def _wrenches(required: dict[str, Any]) -> dict[str, Wrench]:
+    return {name: Wrench(*pair) for name, pair in required.items()}
+
+
 def pack(session: "Session", saved: Saved) -> bytes:
     """See `Session.pack`."""
     if saved.mark is not None:
@@ -48,7 +101,7 @@ def unpack(session: "Session", content: bytes) -> Saved:
     try:
         tree = _tree(json.loads(content))
         scene, driven, state, own = (tree[name] for name in ("scene", "driven", "state", "own"))
-        own["_required"] = {name: Wrench(*pair) for name, pair in own["_required"].items()}
+        own["_required"] = _wrenches(own["_required"])
         if {*own} != {*OWN, "loads", "functions", "paths"} or not isinstance(state, dict):
             raise ValueError("parts are missing")
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):

@@ -33,7 +33,7 @@ from . import names
 from .carried import Carried, vessels_of
 from .forces import Force, state_of
 from .paths import LARGEST, Array, BodyState, Path, Pose, Wrench, numbers_of
-from .saved import OWN, Saved, copied, pack, unpack
+from .saved import Saved, copied, kept, own_of, pack, put_back, take_up, unpack
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -79,7 +79,7 @@ class Session:
                 self._take(File(folder), point, overwrite)
             self._begin(driven, point)
             if folder is not None:
-                self._recorder = Recorder(self.simulation, File(folder), point)
+                self._recorder = Recorder(self.simulation, File(folder), point, more=partial(kept, self))
                 self._recorder.record.attributes["session"] = "driven: " + (", ".join(self.paths) or "nothing")
         except BaseException:
             self._open.close()
@@ -115,8 +115,6 @@ class Session:
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
         self._open.callback(self.simulation.problem.destroy)
-        if point is not None and vessels.keys() & set(driven):
-            raise InputError("A session that drives a vessel cannot be resumed: its pose is not in the checkpoint.")
         self.carried = {name: Carried(self.simulation, vessels[name]) for name in driven if name in vessels}
         self.paths |= {name: carried.path for name, carried in self.carried.items()}
         for name, piece in wound.items():
@@ -132,7 +130,10 @@ class Session:
         self._series = self.t, 0.0, 0  # where steps of one size began, their size and number
         self._required = {name: Wrench(np.zeros(3), np.zeros(3)) for name in bodies}
         self._observer: Observer | None = None
-        self._find_required()
+        #: (t, name) of functions that loaded something when a checkpoint was written: its matrix has their slopes.
+        self._awaited: set[tuple[float, str]] = set()
+        if state is None or not take_up(self, state):
+            self._find_required()
 
     def _place(self, name: str, t: float) -> Any:
         """Motion of a driven body at a time, as `Buoy.moving_state` takes it."""
@@ -201,7 +202,8 @@ class Session:
         if given is None and len(rows):
             if name not in self._forces:
                 self._forces[name] = Force(self.simulation, rows, problem.buoys.get(name))
-            self._forces[name].function, self.simulation.newton.numbers.valid = force, False
+            self._forces[name].function = force
+            self.simulation.newton.numbers.valid &= (self.t, name) in self._awaited
         elif given is not None and len(rows):
             if name in self._forces:
                 self._forces[name].stop()
@@ -257,12 +259,8 @@ class Session:
         """The present instant, in memory; any number of them may be kept as long as the session is open."""
         simulation = self.simulation
         state = copied(simulation.state())
-        own = {name: copied(getattr(self, name)) for name in OWN}
-        own["loads"] = simulation.system.loads.copy() if "loads" in vars(simulation.system) else 0.0
-        own["functions"] = {name: force.function for name, force in self._forces.items()}
-        own["paths"] = {name: dict(vars(path)) for name, path in self.paths.items()}
         mark = self._recorder.mark() if self._recorder is not None else None
-        return Saved(id(self), state, simulation.newton.numbers.assembled, own, mark)
+        return Saved(id(self), state, simulation.newton.numbers.assembled, own_of(self), mark)
 
     def pack(self, saved: Saved) -> bytes:
         """A kept instant as bytes, which `unpack` of another session of this scene reads, in any process.
@@ -294,12 +292,7 @@ class Session:
         self.simulation.restore(state)
         if same:
             numbers.valid, numbers.kept = saved.state["newton"]["matrix"] is not None, False
-        for name in OWN:
-            setattr(self, name, copied(saved.own[name]))
-        for name, path in self.paths.items():
-            vars(path).update(saved.own["paths"][name])
-        if "loads" in vars(self.simulation.system) or np.any(saved.own["loads"]):
-            self.simulation.system.loads[:] = saved.own["loads"]
+        put_back(self, saved.own)
         for name, force in self._forces.items():
             force.stop()
             force.function = saved.own["functions"].get(name)

@@ -34,7 +34,8 @@ class Recorder:
 
     Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.  late:
     the first time only after such a pause.  corrected: function of the Simulation and a state that makes its
-    `motion.corrected.Corrected`; errors of the time steps are recorded then.
+    `motion.corrected.Corrected`; errors of the time steps are recorded then.  more: gives further numbers and texts for
+    the states in checkpoints, by their names.
     """
 
     pause, share = 1.0, 0.02
@@ -47,8 +48,9 @@ class Recorder:
         point: checkpoint.Checkpoint | None = None,
         late: bool = False,
         corrected: Callable[..., Any] | None = None,
+        more: Callable[[], dict[str, Any]] = dict,
     ) -> None:
-        self.simulation, self.folder, scene = simulation, folder, simulation.scene
+        self.simulation, self.folder, self._more, scene = simulation, folder, more, simulation.scene
         places = self._places(point)
         self.observer = Observer(simulation.problem, simulation.latest_end_forces, places)
         self._extremes = Extremes(simulation.problem)
@@ -146,7 +148,7 @@ class Recorder:
         """Bring all rows to the disk, then the state after the last one."""
         begin = clock.monotonic()
         comm = self.simulation.comm
-        state = self.simulation.state() | {"extremes": self._extremes.kept}
+        state = self.simulation.state() | self._more() | {"extremes": self._extremes.kept}
         if self.observer.places:
             state["fatigue_places"] = json.dumps(self.observer.places)
         if self._corrected:

@@ -9,6 +9,7 @@ import pytest
 from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import InputError, Session
+from dolfbuoy.results.record import read
 
 STEP = 0.02
 TIME = {"end": 1.0, "step": STEP, "scheme": "bdf2"}
@@ -119,6 +120,34 @@ def test_functions_go_back_with_the_state():
         s.restore(here)
         s.step()
         np.testing.assert_array_equal(s.simulation.system.u, u)
+
+
+@pytest.mark.parametrize(("scene", "name", "count"), [(LONE, "buoy", 7), (CHAIN, "Y", 8)], ids=["buoy", "joint"])
+def test_a_session_with_functions_goes_on_from_the_disk(scene, name, count, tmp_path):
+    """Bit for bit, by the matrix that has their slopes, in steps that are counted on."""
+
+    def controller(t, y):
+        return [300.0 * np.sin(3 * t), 0.0, 20.0] - 400.0 * y.velocity - 30.0 * y.position
+
+    with Session(scene, tmp_path / "whole") as s:
+        s.load(name, controller)
+        for _ in range(16):
+            s.step(0.013)
+        whole, assembled = s.simulation.system.u.copy(), s.simulation.newton.numbers.assembled
+    with Session(scene, tmp_path / "parts") as s:
+        s.load(name, controller)
+        for _ in range(count):
+            s.step(0.013)
+        before = s.simulation.newton.numbers.assembled
+        assert s.simulation.newton.numbers.valid  # a matrix that is kept for the next step
+    with Session(resume=tmp_path / "parts") as s:
+        s.load(name, controller)
+        for _ in range(16 - count):
+            s.step(0.013)
+        np.testing.assert_array_equal(s.simulation.system.u, whole)
+        assert before + s.simulation.newton.numbers.assembled == assembled
+    series = [read(tmp_path / part / "results.nc") for part in ("whole", "parts")]
+    np.testing.assert_array_equal(*(one.tension_top for one in series))
 
 
 def test_an_error_of_the_function_is_the_callers_and_leaves_the_state():

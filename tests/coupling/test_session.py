@@ -31,6 +31,20 @@ LONE = merged(MOORED, cable__elements=6, waves__ramp=0.2, time=TIME)
 IRREGULAR = merged(LONE, waves=None) | {
     "waves": {"spectrum": "jonswap", "significant_height": 1.5, "peak_period": 5.0, "ramp": 0.2}
 }
+#: A ship on a line, and on another by a take-off.
+SAILING = {"length": 16.0, "line_density": 2.0, "axial_stiffness": 1e5, "elements": 3}
+STILL = {"name": "ship", "position": [1.0, 0.0, 0.0], "heading_deg": 30.0}
+STILL["fairleads"] = {"bow": [3.0, 0.0, -1.0], "stern": [-3.0, 1.0, -1.0]}
+SHIP = {
+    "vessel": [STILL],
+    "joint": [{"name": "Y"}],
+    "cable": [
+        SAILING | {"name": "fore", "from": [12.0, 6.0, -10.0], "to": "ship.bow"},
+        SAILING | {"name": "aft", "from": [-10.0, -6.0, -10.0], "to": "Y"},
+    ],
+    "take_off": {"from": "Y", "to": "ship.stern", "stiffness": 500.0, "length": 1.0, "damping": 300.0},
+    "time": {"end": 0.5, "step": 0.1, "scheme": "bdf2"},
+}
 
 
 def moved(scheme="backward-euler"):
@@ -393,6 +407,32 @@ def test_a_session_goes_on_where_it_stopped(tmp_path):
     same_records(read(tmp_path / "whole" / "results.nc"), read(tmp_path / "parts" / "results.nc"))
 
 
+def test_what_is_driven_and_loaded_goes_on_from_the_disk(tmp_path):
+    """Bit for bit: parabolas through places before, a vessel's pose, a length, loads; other driven things do not."""
+    ship, driven = SHIP | {"time": {"end": 1.0, "step": 0.02, "scheme": "bdf2"}}, ["ship", "fore.from", "aft.winch"]
+
+    def go(s, begin, end):
+        for k in range(begin, end):
+            s.drive("ship", [1.0 + 0.05 * np.sin(k), 0.0, 0.0], [1.0, 0.01 * k, 0.0, 0.25])
+            s.drive("fore.from", [12.0, 6.0, -10.0 + 0.03 * np.sin(k)])
+            s.drive("aft.winch", 16.0 - 0.02 * np.sin(k))
+            s.step(0.05)
+        return s.simulation.system.u.copy(), [*s.pulls("ship"), s.values()["take_off_tension"]]
+
+    with Session(ship, tmp_path, driven=driven) as s:
+        s.load("Y", [20.0, 0.0, 0.0])
+        go(s, 0, 5)
+        here = s.save()
+        straight = go(s, 5, 9)
+        s.restore(here)
+    with pytest.raises(InputError, match=r"drove the same: ship, aft\.winch, fore\.from"):
+        Session(resume=tmp_path, driven="ship")
+    with Session(resume=tmp_path, driven=driven) as s:
+        for one, other in zip(straight, go(s, 5, 9), strict=True):
+            for a, b in zip(one, other, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
 # -- a body of one's own -----------------------------------------------------------------------------------------------
 
 
@@ -591,19 +631,7 @@ def test_a_free_joint_that_is_driven():
 
 def test_a_vessel_that_is_driven():
     """By its pose at the scene's rows, as these; force and moment are those of its lines and its take-off."""
-    cable = {"length": 16.0, "line_density": 2.0, "axial_stiffness": 1e5, "elements": 3}
-    still = {"name": "ship", "position": [1.0, 0.0, 0.0], "heading_deg": 30.0}
-    still["fairleads"] = {"bow": [3.0, 0.0, -1.0], "stern": [-3.0, 1.0, -1.0]}
-    scene = {
-        "vessel": [still],
-        "joint": [{"name": "Y"}],
-        "cable": [
-            cable | {"name": "fore", "from": [12.0, 6.0, -10.0], "to": "ship.bow"},
-            cable | {"name": "aft", "from": [-10.0, -6.0, -10.0], "to": "Y"},
-        ],
-        "take_off": {"from": "Y", "to": "ship.stern", "stiffness": 500.0, "length": 1.0, "damping": 300.0},
-        "time": {"end": 0.5, "step": 0.1, "scheme": "bdf2"},
-    }
+    still, scene = STILL, SHIP
     rows = [[0.1 * k, 0.02 * k**2, 0.0, 0.01 * k**2, 0.3 * k**2, -0.2 * k**2, 0.5 * k**2] for k in range(6)]
     moved = load_scene(scene | {"vessel": [still | {"motion": rows}]})
     with Session(moved) as one, Session(scene, driven="ship") as s:
