@@ -33,7 +33,8 @@ class Meter:
     at the surface (elsewhere it is in their weight).  damping: what stays in the material of the cable, and what
     radiated waves take.  bed: what the dampers of the sea bed take (its springs are elastic).  friction: of the bed.
     outer: wind, external force, rotational damping.  take_off: what power take-offs absorb, never positive.  top: of
-    prescribed ends.  winch: what winches feed into lines.
+    ends and buoys that are moved.  winch: what winches feed into lines.  loads: of what a caller puts on buoys, joints
+    and ends, as numbers or by functions (`coupling`).
     """
 
     def __init__(self, simulation):
@@ -59,6 +60,8 @@ class Meter:
 
     def _add(self, model, densities):
         """densities: [(account, integrand, measure)]; one linear form, whose components are the accounts."""
+        if not densities:
+            return
         names = list(dict.fromkeys(name for name, _, _ in densities))
         test = ufl.TestFunction(compat.real_space(model.mesh, max(len(names), 2)))
         form = sum(value * test[names.index(name)] * measure for name, value, measure in densities)
@@ -96,7 +99,7 @@ class Meter:
     def read(self) -> dict[str, float]:
         """All numbers at the present time."""
         accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
-        values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top"), 0.0)
+        values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top", "loads"), 0.0)
         problem = self.simulation.problem
         for model in problem.models:
             model.publish_points()
@@ -108,14 +111,20 @@ class Meter:
             contribution.add_to_vector(b)
             for name, value in zip(names, b, strict=False):
                 values[name] += float(value)
+        loads = vars(problem.system).get("loads", np.zeros(problem.system.size))
         for buoy in problem.buoys.values():
             y, mass = buoy.fields.of(problem.system.u[buoy.part.slice]), buoy.mass
             R = rotation_of(y.orientation)
             v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
             values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
             values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
+            account, rows = ("loads", -loads) if buoy.motion is None else ("top", problem.system.last_residual)
+            put = buoy.fields.of(rows[buoy.part.slice])
+            values[account] += float(put.momentum @ v + put.angular_momentum @ omega)
+        for model in (*(problem.lines.groups if problem.lines else ()), *([problem.bodies] if problem.bodies else [])):
+            values["loads"] -= float(loads[model.part.slice] @ _velocity(model, problem.system.u))
         if problem.lines:
-            values["top"] = self._work_at_ends(problem)
+            values["top"] += self._work_at_ends(problem)
         for device in problem.take_offs:
             v = device.velocities(problem.system.u)
             values["top"] += sum(float(f @ v[i]) for i, f in device.reactions(problem.system.last_residual))
@@ -123,15 +132,20 @@ class Meter:
 
     @staticmethod
     def _work_at_ends(problem):
-        """Power of the forces on prescribed and free ends [W]."""
+        """Power of the forces on free ends, and on those that are moved [W]."""
         found = 0.0
         for lines in problem.lines.groups:
-            v = lines.gamma_v.value * problem.system.u[lines.part.slice] + lines.history_v.x.array
+            v = _velocity(lines, problem.system.u)
             for k, number in enumerate(lines.numbers):
                 for i, end in enumerate(lines.pieces[k].ends):
-                    if end.kind in ("prescribed", "free"):
+                    if end.kind in ("prescribed", "free") or (k, i) in lines.driven:
                         found += float(problem.end_force(number, i, fresh=False) @ v[lines.end_dofs[k][i]])
         return found
+
+
+def _velocity(model, u):
+    """Of the unknowns of lines or bodies [m/s]."""
+    return model.gamma_v.value * u[model.part.slice] + model.history_v.x.array
 
 
 def _weight(forces, r, v, measure):

@@ -1,15 +1,19 @@
 """Forces that a caller's function of time and state gives are solved with the step, not after it.
 
 Source: recurrences of BDF2 for a mass on a spring and a damper, in NumPy; loads that are given as numbers; a spring so
-stiff that a force of the step before would blow up.
+stiff that a force of the step before would blow up; conservation of energy.
 """
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import InputError, Session
+from dolfbuoy.coupling.paths import product
 from dolfbuoy.results.record import read
+from dolfbuoy.studies.physics import energy
 
 STEP = 0.02
 TIME = {"end": 1.0, "step": STEP, "scheme": "bdf2"}
@@ -148,6 +152,74 @@ def test_a_session_with_functions_goes_on_from_the_disk(scene, name, count, tmp_
         assert before + s.simulation.newton.numbers.assembled == assembled
     series = [read(tmp_path / part / "results.nc") for part in ("whole", "parts")]
     np.testing.assert_array_equal(*(one.tension_top for one in series))
+
+
+#: Two lines meet at a joint, one ends on a buoy; elements with one tension each, for which the balance is exact.
+EXACT = {"line_density": 1.0, "axial_stiffness": 2e4, "elements": 3, "position_degree": 1, "tension_degree": 0}
+BOTH = {
+    "gravity": 9.81,
+    "cable": [
+        EXACT | {"name": "one", "from": [0.0, 0.0, 0.0], "to": "Y", "length": 10.0},
+        EXACT | {"name": "two", "from": [15.0, 0.0, 0.0], "to": "Y", "length": 10.0},
+        EXACT | {"name": "three", "from": "Y", "to": "buoy.f", "length": 6.0},
+    ],
+    "joint": [{"name": "Y"}],
+    "buoy": {"mass": 30.0, "center_of_mass": 0.0, "inertia": [2.0, 4.0], "fairleads": {"f": [0.2, 0.1, 0.4]}},
+    "time": {"end": 1.0, "step": 0.02},
+}
+
+
+def pulled_by(s, steps):
+    """Steps of a session whose joint and buoy functions pull and turn, and whose first end is driven."""
+
+    def controller(t, y):
+        spun = -8.0 * y.angular_velocity + [2.0 * np.sin(5 * t), 1.0 * np.sin(3 * t), 0.0]
+        return [60.0 * np.sin(3 * t), 30.0 * np.sin(2 * t), 0.0] - 20.0 * y.velocity, spun
+
+    s.load("buoy", controller)
+    s.load("Y", lambda t, y: [0.0, 200.0 * np.sin(2 * t), 0.0] - (10.0 + 10.0 * abs(y.velocity)) * y.velocity)
+    s.drive("one.from", lambda t: np.array([0.0, 0.2 * np.sin(2 * t) ** 2, 0.0]))
+    for _ in range(steps):
+        s.step()
+        yield
+
+
+@pytest.mark.parametrize(("scheme", "order"), [("backward-euler", 1), ("bdf2", 2), ("generalized-alpha", 2)])
+def test_energy_that_functions_put_in_and_take_out(scheme, order):
+    """An account of its own: what is stored less what they, and what is driven, put in vanishes with the order."""
+    rows = []
+    for step in (0.01, 0.005):
+        with Session(BOTH, time={"scheme": scheme, "step": step}, driven="one.from") as s:
+            rows.append(energy.balance(s.simulation, pulled_by(s, round(1.2 / step)), "both"))
+    assert rows[-1]["loads"] > 200
+    assert rows[-1]["top"] > 5
+    assert np.log2(rows[-2]["defect"] / rows[-1]["defect"]) == pytest.approx(order, abs=0.15)
+    assert abs(rows[-1]["defect"]) < {1: 3.0, 2: 0.03}[order]
+
+
+def test_energy_of_a_buoy_that_is_driven():
+    """What moves and turns it puts in the work of `required`."""
+    rows = []
+    for step in (0.02, 0.01):
+        with Session(BOTH, time={"scheme": "generalized-alpha", "step": step}, driven="buoy") as s:
+            s.drive("buoy", swaying(s.state("buoy")))
+            steps = (s.step() for _ in range(round(1.2 / step)))
+            rows.append(energy.balance(s.simulation, steps, "both"))
+    assert rows[1]["top"] > 5
+    assert np.log2(rows[0]["defect"] / rows[1]["defect"]) == pytest.approx(2, abs=0.2)
+    assert abs(rows[1]["defect"]) < 0.01 * abs(rows[1]["top"])
+
+
+def swaying(rest):
+    """Motion of C to the side, and about the x axis, from rest."""
+
+    def motion(t):
+        shift, speed = 0.3 * np.sin(3 * t) ** 2, 0.9 * np.sin(6 * t)
+        angle, spin = 0.4 * np.sin(2 * t) ** 2, 0.8 * np.sin(4 * t)
+        turn = product([np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0], rest.orientation)
+        return rest.position + [0.0, shift, 0.0], turn, [0.0, speed, 0.0], [spin, 0.0, 0.0]
+
+    return motion
 
 
 def test_an_error_of_the_function_is_the_callers_and_leaves_the_state():

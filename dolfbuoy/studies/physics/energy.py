@@ -8,6 +8,7 @@ belongs to the time integration alone and must vanish with the step at the order
 """
 
 import itertools
+from collections.abc import Iterable
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -66,34 +67,40 @@ def load(name: str | Row, t_end: float, step: float, scheme: str) -> Scene:
 
 
 def evaluate(case: Row) -> Row:
-    """Work of every kind [J] over the run, stored energy, and the defect; powers are integrated by the trapezoid.
-
-    relative: of the work of the drag, without drag of all rises and falls of the kinetic energy.
-    """
+    """The balance of a run."""
     scene = load(case["scene"], case["t_end"], case["step"], case["scheme"])
     simulation = Simulation(scene, MPI.COMM_SELF)
     try:
-        meter = Meter(simulation)
-        old, t = meter.read(), 0.0
-        if old["kinetic"] > 0:
-            raise InputError(f"SCENE = '{case['scene']}': must start from rest, as the balance does.")
-        first, work = old, {name: 0.0 for name in old if name not in STORED}
-        drained = swung = 0.0
-        for _ in simulation.run():
-            new, h = meter.read(), simulation.t - t
-            for name in work:
-                work[name] += 0.5 * h * (old[name] + new[name])
-            drained += 0.5 * h * (abs(old["drag"]) + abs(new["drag"]))
-            swung += abs(new["kinetic"] - old["kinetic"])
-            old, t = new, simulation.t
-        stored = {name: old[name] - first[name] for name in STORED}
-        defect = sum(stored.values()) - sum(work.values())
-        over = drained or swung
-        if over <= 1e-14 * sum(abs(first[name]) for name in STORED):  # rounding
-            raise InputError(f"SCENE = '{case['scene']}': nothing moves, so that there is no energy to balance.")
-        return {**work, **stored, "defect": defect, "relative": abs(defect) / over}
+        return balance(simulation, simulation.run(), case["scene"])
     finally:
         simulation.problem.destroy()
+
+
+def balance(simulation: Simulation, steps: Iterable[Any], name: str) -> Row:
+    """Work of every kind [J] over steps from rest, stored energy, and the defect; powers by the trapezoid.
+
+    steps: whose every turn takes one.  relative: of the work of the drag, without drag of all rises and falls of the
+    kinetic energy.  Raises InputError where nothing moves, or something does at first.
+    """
+    meter = Meter(simulation)
+    old, t = meter.read(), 0.0
+    if old["kinetic"] > 0:
+        raise InputError(f"SCENE = '{name}': must start from rest, as the balance does.")
+    first, work = old, {name: 0.0 for name in old if name not in STORED}
+    drained = swung = 0.0
+    for _ in steps:
+        new, h = meter.read(), simulation.t - t
+        for account in work:
+            work[account] += 0.5 * h * (old[account] + new[account])
+        drained += 0.5 * h * (abs(old["drag"]) + abs(new["drag"]))
+        swung += abs(new["kinetic"] - old["kinetic"])
+        old, t = new, simulation.t
+    stored = {name: old[name] - first[name] for name in STORED}
+    defect = sum(stored.values()) - sum(work.values())
+    over = drained or swung
+    if over <= 1e-14 * sum(abs(first[name]) for name in STORED):  # rounding
+        raise InputError(f"SCENE = '{name}': nothing moves, so that there is no energy to balance.")
+    return {**work, **stored, "defect": defect, "relative": abs(defect) / over}
 
 
 def cases(scene: str | None = None, t_end: float | None = None, steps: Any = None) -> list[Row]:
