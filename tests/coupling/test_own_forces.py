@@ -4,8 +4,6 @@ Source: recurrences of BDF2 for a mass on a spring and a damper, in NumPy; loads
 stiff that a force of the step before would blow up; conservation of energy.
 """
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
