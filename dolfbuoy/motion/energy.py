@@ -144,7 +144,7 @@ class Meter:
 
 
 def _velocity(model, u):
-    """Of the unknowns of lines or bodies [m/s]."""
+    """Velocity of the unknowns of lines or bodies [m/s]."""
     return model.gamma_v.value * u[model.part.slice] + model.history_v.x.array
 
 
