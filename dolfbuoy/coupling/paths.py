@@ -71,21 +71,23 @@ class Path:
         self.before, self.start, self.end = self.start, self.end, (end, value, rate)
         self._powers = None
 
+    def target(self, name: str, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, ...]:
+        """Value and rate (or None) from what a caller gives for the end of a step.  Raises InputError."""
+        if orientation is not None or spin is not None:
+            raise InputError(f"{name!r} is an end of a line: it has a position and a velocity only.")
+        return numbers_of("position", position, 3), None if velocity is None else numbers_of("velocity", velocity, 3)
+
     def follow(self, end: float, target: tuple[Any, ...] | None) -> None:
-        """Take the step to the time `end`: to what the function gives, to the target of `to`, or stay."""
+        """Take the step to the time `end`: to what the function gives, to a `target`, or stay."""
         if self.function is not None:
-            target = self._target(self.function(end))
+            target = self._given(self.function(end))
         if target is None:
             self.stay(end)
         else:
-            self.to(end, *target)
+            self.go(end, *target)
 
-    def to(self, end: float, *target: Any) -> None:
-        """Be there at the time `end`; target: position [m], and velocity [m/s] or None."""
-        self.go(end, *target)
-
-    def _target(self, place: Any) -> tuple[Any, ...]:
-        return (place,)
+    def _given(self, place: Any) -> tuple[Any, ...]:
+        return place, None
 
     def stay(self, end: float) -> None:
         """Rest where it is until the time `end`."""
@@ -145,20 +147,27 @@ def _cubic(change: Array, v0: Array, v1: Array) -> list[Array]:
 class Pose(Path):
     """As Path, of a body: position of C [m] and quaternion; called, it gives what `Buoy.moving_state` takes."""
 
-    def to(self, end: float, *target: Any) -> None:
-        """target: position [m], quaternion, velocity [m/s] and spin [rad/s] of the world frame, or twice None."""
-        position, orientation, velocity, spin = target
+    def target(self, name: str, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, ...]:
+        """As of a Path; orientation: a quaternion.  Velocity and spin are of the world frame, or both None."""
+        if orientation is None or (velocity is None) != (spin is None):
+            raise InputError(f"{name!r} needs position and orientation, and velocity and angular_velocity or none.")
+        turn = numbers_of("orientation", orientation, 4)
+        if not any(turn):
+            raise InputError("orientation: must not be the zero quaternion.")
+        place, speed = numbers_of("position", position, 3), numbers_of("velocity", velocity, 3)
+        return self._pair(place, turn, speed, numbers_of("angular_velocity", spin, 3))
+
+    def _pair(self, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, Any]:
         size = math.hypot(*orientation)
         old = self.end[1][3:]
         size = size if sum(a * b for a, b in zip(orientation, old, strict=True)) >= 0 else -size  # the nearer way
         q4 = [x / size for x in orientation]
-        rate = None
-        if velocity is not None and spin is not None:
-            rate = [*velocity, *(x / 2 for x in product([0.0, *spin], q4))]
-        self.go(end, [*position, *q4], rate)
+        if velocity is None or spin is None:
+            return [*position, *q4], None
+        return [*position, *q4], [*velocity, *(x / 2 for x in product([0.0, *spin], q4))]
 
-    def _target(self, place: Any) -> tuple[Any, ...]:
-        return tuple(place)
+    def _given(self, place: Any) -> tuple[Any, ...]:
+        return self._pair(*place)
 
     def __call__(self, t: float) -> Any:
         """(r_C, q_4, velocity of C, omega in the world frame)."""
@@ -170,6 +179,19 @@ class Pose(Path):
         spin = [2 * part / size for part in product(rate[3:], [w, -x, -y, -z])[1:]]
         length = math.sqrt(size)
         return np.array(value[:3]), np.array([w, x, y, z]) / length, np.array(rate[:3]), np.array(spin)
+
+
+class Length(Path):
+    """As Path, of one number: the unstretched length of a line [m]."""
+
+    def target(self, name: str, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, ...]:
+        """As of a Path; position and velocity may be plain numbers."""
+        if orientation is not None or spin is not None:
+            raise InputError(f"{name!r} is a length: it has a position and a velocity only.")
+        (place,) = numbers_of("position", np.ravel(position), 1)
+        if place <= 0:
+            raise InputError(f"position = {place}: must be a length > 0 of {name}.")
+        return [place], None if velocity is None else numbers_of("velocity", np.ravel(velocity), 1)
 
 
 def product(p: Numbers, q: Numbers) -> list[float]:
@@ -191,6 +213,6 @@ def numbers_of(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
         found = [float(x) for x in value]
     except (TypeError, ValueError):
         found = []
-    if len(found) != count or not all([-most <= x <= most for x in found]):  # noqa: C419  # a list is faster
+    if len(found) != count or (not math.hypot(*found) <= most and not all(abs(x) <= most for x in found)):
         raise InputError(f"{key} = {value}: must be {count} numbers of {most:g} at most.")
     return found

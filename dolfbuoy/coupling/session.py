@@ -32,7 +32,7 @@ from ..scene import load_scene
 from . import names
 from .carried import Carried, vessels_of
 from .forces import Force, state_of
-from .paths import LARGEST, Array, BodyState, Path, Pose, Wrench, numbers_of
+from .paths import LARGEST, Array, BodyState, Length, Path, Pose, Wrench, numbers_of
 from .saved import Saved, copied, kept, own_of, pack, put_back, take_up, unpack
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class Session:
         self.carried = {name: Carried(self.simulation, vessels[name]) for name in driven if name in vessels}
         self.paths |= {name: carried.path for name, carried in self.carried.items()}
         for name, piece in wound.items():
-            self.paths[name] = Path(self.t, [network.pieces[piece].section.length])
+            self.paths[name] = Length(self.t, [network.pieces[piece].section.length])
             self.simulation.wind(piece, self.paths[name])
         for name in others:
             if name in bodies:
@@ -127,7 +127,10 @@ class Session:
             self.paths[name] = Path(self.t, [float(x) for x in self._end_now(*ends[name][0])])
             for piece, end in ends[name]:
                 self.simulation.drive(piece, end, self.paths[name])
-        self._series = self.t, 0.0, 0  # where steps of one size began, their size and number
+        time: Any = self.scene.time
+        self._step, self._longest = time.step, time.step if time.tolerance is None else math.inf
+        self._sliver = 1e-9 * time.step
+        self._series = self.t, -1.0, 0  # where steps of one size began, their size and number
         self._required = {name: Wrench(np.zeros(3), np.zeros(3)) for name in bodies}
         self._observer: Observer | None = None
         #: (t, name) of functions that loaded something when a checkpoint was written: its matrix has their slopes.
@@ -163,26 +166,11 @@ class Session:
         path = self.paths.get(name)
         if path is None:
             raise InputError(f"{name!r} is not driven: {', '.join(self.paths) or 'nothing'} is, as the session began.")
-        path.function = position if callable(position) else None
-        if path.function is not None:
-            return
-        count = 1 if name.endswith(".winch") else 3
-        if count == 1:
-            position, velocity = np.ravel(position), None if velocity is None else np.ravel(velocity)
-        place, speed = numbers_of("position", position, count), numbers_of("velocity", velocity, count)
-        if count == 1 and place[0] <= 0:
-            raise InputError(f"position = {place[0]}: must be a length > 0 of {name}.")
-        if isinstance(path, Pose):
-            if orientation is None or (velocity is None) != (angular_velocity is None):
-                raise InputError(f"{name!r} needs position and orientation, and velocity and angular_velocity or none.")
-            turn, spin = numbers_of("orientation", orientation, 4), numbers_of("angular_velocity", angular_velocity, 3)
-            if not any(turn):
-                raise InputError("orientation: must not be the zero quaternion.")
-            self._targets[name] = place, turn, speed, spin
+        if callable(position):
+            path.function = position
         else:
-            if orientation is not None or angular_velocity is not None:
-                raise InputError(f"{name!r} is an end of a line: it has a position and a velocity only.")
-            self._targets[name] = place, speed
+            self._targets[name] = path.target(name, position, orientation, velocity, angular_velocity)
+            path.function = None
 
     def load(self, name: str, force: Any = (0.0, 0.0, 0.0), moment: Any = (0.0, 0.0, 0.0)) -> None:
         """Put a force [N] and a moment [N m] (world frame) on a part, from the next step on until another call.
@@ -211,13 +199,12 @@ class Session:
 
     def step(self, dt: float | None = None) -> None:
         """Go on by dt [s], by default the scene's step.  Steps of one size are counted: k dt is the time, not a sum."""
-        time: Any = self.scene.time
-        dt = time.step if dt is None else dt
+        dt = self._step if dt is None else dt
         begin, size, count = self._series
         if dt != size or abs(begin + count * size - self.simulation.t) > 1e-9 * dt:
             begin, count = self.t, 0
-        if not 0 < dt < math.inf:
-            raise InputError(f"dt = {dt}: must be a positive number of seconds.")
+            if not 0 < dt < math.inf:
+                raise InputError(f"dt = {dt}: must be a positive number of seconds.")
         self.advance_to(begin + (count + 1) * dt)
         self._series = begin, dt, count + 1
 
@@ -226,19 +213,20 @@ class Session:
 
         What is driven moves there over this time.  Raises SolveError if a step fails for good, at an earlier time.
         """
-        time: Any = self.scene.time
-        begin = self.simulation.t
+        simulation, targets = self.simulation, self._targets
+        begin, size = simulation.t, simulation.control.step
         if not begin < t < math.inf:
             raise InputError(f"t = {t}: must be after {begin:g} s, the time that was reached.")
         for name, path in self.paths.items():
-            path.follow(t, self._targets.pop(name, None))
-        count = 1 if time.tolerance is not None else max(1, math.ceil((t - begin) / time.step - 1e-6))
-        size = self.simulation.control.step
+            path.follow(t, targets.pop(name, None))
+        count = max(1, math.ceil((t - begin) / self._longest - 1e-6))
         try:
             for k in range(1, count + 1):
-                for h, iterations in self.simulation.advance(t if k == count else begin + k * (t - begin) / count):
-                    if self._recorder is not None:
-                        self._recorder.add(h, iterations)
+                target = t if k == count else begin + k * (t - begin) / count
+                while target - simulation.t > self._sliver:
+                    taken = simulation.attempt(target - simulation.t)
+                    if taken is not None and self._recorder is not None:
+                        self._recorder.add(*taken)
                 interruption.check()
         except BaseException:
             self._give_up(begin, size)

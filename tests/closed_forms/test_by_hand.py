@@ -294,7 +294,8 @@ def test_steps_where_a_tension_jumps():
 def test_work_at_ends_that_are_pulled_or_moved():
     ends = [Fake(kind=kind) for kind in ("free", "prescribed", "fixed", "buoy")]
     lines = Fake(gamma_v=Fake(value=2.0), part=Fake(slice=slice(3)), history_v=Fake(x=Fake(array=np.ones(3))))
-    lines.numbers, lines.pieces, lines.end_dofs = (
+    lines.driven, lines.numbers, lines.pieces, lines.end_dofs = (
+        {},
         [0, 1],
         [Fake(ends=ends[:2]), Fake(ends=ends[2:])],
         [[np.arange(3)] * 2] * 2,
@@ -303,6 +304,8 @@ def test_work_at_ends_that_are_pulled_or_moved():
     problem = Fake(lines=Fake(groups=[lines]), system=Fake(u=np.array([1.0, 2.0, 3.0])))
     problem.end_force = lambda piece, end, fresh: np.array([0.0, 0.0, force[piece, end]])
     assert Meter._work_at_ends(problem) == 110.0 * (2 * 3 + 1)
+    lines.driven[1, 0] = None  # by a caller
+    assert Meter._work_at_ends(problem) == 1110.0 * (2 * 3 + 1)
 
 
 def test_what_a_line_pulls_at_a_buoy_is_against_what_holds_it():

@@ -152,6 +152,23 @@ def test_a_session_with_functions_goes_on_from_the_disk(scene, name, count, tmp_
     np.testing.assert_array_equal(*(one.tension_top for one in series))
 
 
+def test_a_function_that_is_not_given_again_is_no_load(tmp_path):
+    """After a resumption; a load of numbers stays."""
+    with Session(POINT | {"gravity": 0.0}, tmp_path) as s:
+        s.load("buoy", lambda t, y: [70.0, 0.0, 0.0])
+        s.step()
+    with Session(resume=tmp_path) as s:
+        speed = s.state("buoy").velocity
+        s.step()
+        np.testing.assert_allclose(s.state("buoy").velocity, speed, rtol=0, atol=0.5 * np.linalg.norm(speed))
+        s.load("buoy", [0.0, 50.0, 0.0])
+        s.step()
+        here = s.state("buoy").velocity
+    with Session(resume=tmp_path) as s:
+        s.step()
+        assert s.state("buoy").velocity[1] - here[1] == pytest.approx(50.0 * STEP / MASS, rel=0.2)
+
+
 #: Two lines meet at a joint, one ends on a buoy; elements with one tension each, for which the balance is exact.
 EXACT = {"line_density": 1.0, "axial_stiffness": 2e4, "elements": 3, "position_degree": 1, "tension_degree": 0}
 BOTH = {

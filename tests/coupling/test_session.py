@@ -118,7 +118,7 @@ def test_a_motion_of_the_degree_of_the_interpolation_is_followed_exactly(degree,
 
     path = paths.Path(0.0, place(0.0))
     for t in (0.5, 0.8, 1.4, 1.6):
-        path.to(t, place(t), speed(t) if with_velocity else None)
+        path.go(t, place(t), speed(t) if with_velocity else None)
     for t in np.linspace(1.4, 1.6, 5):
         found, rate = path.at(t)
         np.testing.assert_allclose(found, place(t), rtol=0, atol=1e-13)
@@ -136,7 +136,8 @@ def test_a_turning_body_is_where_it_is_said_to_be_and_turns_as_fast():
     pose = paths.Pose(0.0, [0.0, 0.0, 0.0, *turn(0.0)])
     for k in range(1, 4):
         sign = (-1) ** k  # the same orientation
-        pose.to(0.2 * k, [0.0, 0.0, 0.1 * k], sign * np.array(turn(0.2 * k)), [0, 0, 0.5], rate * axis)
+        given = [0.0, 0.0, 0.1 * k], sign * np.array(turn(0.2 * k)), [0, 0, 0.5], rate * axis
+        pose.follow(0.2 * k, pose.target("body", *given))
     for t, accuracy in ((0.6, 1e-15), (0.5, 1e-5)):
         position, q, velocity, spin = pose(t)
         np.testing.assert_allclose(abs(q @ turn(t)), 1, rtol=0, atol=accuracy)
