@@ -65,11 +65,16 @@ class Upright:
 
 
 def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
-    """The buoys of a scene with water; rest: its equilibrium, a solved static Problem, if it is known."""
+    """The buoys of a scene with water that float by their hulls, and not by bars on them.
+
+    rest: its equilibrium, a solved static Problem, if it is known.
+    """
     network, found = scene.network, []
     if scene.sea is None:
         return []
     for name, section in network.buoys.items():
+        if network.bars_of(name):
+            continue
         called = name if len(network.buoys) > 1 else ""
         shape: Any = shape_of(section)
         free = Upright(called, section, shape, mass_properties(section), scene.sea.density, scene.gravity)

@@ -77,7 +77,10 @@ def of_lines(scene: Scene, network: Network, report: "Report") -> None:
     """Add weights, axial periods and limits of explicit steps to the Report of `check`."""
     for sentence in never_parted(scene):
         report.warn(True, sentence)
+    bars = {cable for buoy in network.buoys for cable in network.bars_of(buoy)}
     for line in lines_of(network):
+        if network.pieces[line.pieces[0]].cable in bars:  # it has no length to stretch
+            continue
         c, about, where = line.material, report.about(line.name), "in water" if scene.sea else "in air"
         w, slowness = weight_per_length(scene, c), math.sqrt(c.line_density / c.axial_stiffness)
         about.add(f"cable weight {where} per metre", w, "N/m")

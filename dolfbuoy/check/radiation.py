@@ -24,8 +24,9 @@ MUCH, LEAST = 0.5, 0.03
 def of_shapes(scene: Scene, buoys: list[Upright], report: "Report") -> None:
     """Add numbers of coefficients that are given by shape to the Report of `check`, and warn outside their range."""
     raw = dict(zip(scene.network.buoys, scene.buoys, strict=True))
-    for buoy, (name, given) in zip(buoys, raw.items(), strict=True):
-        about, found = report.about(buoy.name), scene.network.buoys[name]
+    for buoy in buoys:
+        about, found = report.about(buoy.name), buoy.section
+        given = raw[buoy.name or next(iter(raw))]
         names = {key: value for key in (*BY_SHAPE, "wave_damping") if isinstance(value := getattr(given, key), str)}
         for key, shape in names.items():
             if key in BY_SHAPE:

@@ -1,14 +1,14 @@
 """Free bodies and rods of MoorDyn that are bodies of revolution: buoys, and points on them fairleads.
 
 A rod is a cylinder that floats, a body gives it mass and inertia [about the centre of mass, as here]; a body without
-rods has its volume about its origin.
+rods has its volume about its origin.  Rods that are no such row are bars between points of the body.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -24,15 +24,26 @@ if TYPE_CHECKING:
 _CLOSE = 1e-6  # m
 #: Displaced mass of a body without volume, of its own: a hull that hardly floats.
 HARDLY = 1e-4
+#: Part of the mass of its rods that stands for a body's own where it has none.
+SHARE = 0.01
+
+
+#: Mass [kg], centre [m] and inertia (3, 3) about it [kg m^2].
+_Part = tuple[float, "NDArray[Any]", "NDArray[Any]"]
 
 
 @dataclass
 class BodyOf:
-    """A buoy made of a body: its section, where the keel is in the body's frame, and its axes there (columns)."""
+    """A buoy made of a body: its section, where the keel is in the body's frame, and its axes there (columns).
+
+    bars: its rods that are bars between points of it, and the part of their mass that they have as such.
+    """
 
     section: dict[str, Any]
     keel: NDArray[Any]
     axes: NDArray[Any]
+    bars: list[Row] = field(default_factory=list)
+    own_mass: float = 1.0
 
     def own(self, place: NDArray[Any]) -> NDArray[Any]:
         """A place of the body's frame in that of the buoy."""
@@ -94,11 +105,52 @@ def buoy_of(
         water = _water_of_rods(rods, kinds, keel, axes, note)
     else:
         keel, water = _own_water(body, keel, axes, total, rho, note)
-    section = {"name": name, "hull": water.pop("hull")}
-    section |= _masses(name, parts, keel, axes, (body or rods[0]).line, note) | water
+    masses, axes = _masses(name, parts, keel, axes, (body or rods[0]).line, note)
     if body is not None:
         _say_rest(body, rods, note)
-    return BodyOf(section, keel, axes)
+    return BodyOf({"name": name, "hull": water.pop("hull")} | masses | water, keel, axes)
+
+
+def barred(
+    name: str, body: Row, rods: list[Row], types: dict[str, Row], rho: float, note: Callable[..., Any]
+) -> BodyOf:
+    """The buoy that a free body is without its rods, which are bars between points of it.
+
+    Such a bar has the mass, volume and drag of its rod along it, and all its inertia but that about its own axis, which
+    the body gets.  A body without mass gets a part of that of its rods at their centre.
+    """
+    rods = [rod for rod in rods if np.linalg.norm(np.subtract(*ends_of(rod))) > _CLOSE]
+    center, mass, share = _center(body), body.number("mass", 0.0), 0.0
+    whole = _parts(body, center, rods, [type_of(rod, types) for rod in rods])
+    own, of_rods = whole[0], whole[1:]
+    if mass <= 0:
+        share, mass = SHARE, SHARE * sum(one for one, _, _ in of_rods)
+        if mass <= 0:
+            raise InputError(f"line {body.line}: {name} and its rods have no mass.")
+        center = np.sum([SHARE * one * at for one, at, _ in of_rods], axis=0) / mass
+        own = (mass, center, own[2] + sum(_about_point(one, SHARE, center) for one in of_rods))
+        note(body.line, f"{name} has no mass: {SHARE:.0%} of that of its rods is at their centre, and not in them")
+    spins = sum((1 - share) * _spin(rod, type_of(rod, types)) for rod in rods)
+    keel, axes = _frame([], center)
+    keel, water = _own_water(body, keel, axes, mass, rho, note)
+    masses, axes = _masses(name, [(own[0], center, own[2] + spins)], keel, axes, body.line, note)
+    _say_rest(body, [], note)
+    return BodyOf({"name": name, "hull": water.pop("hull")} | masses | water, keel, axes, rods, 1 - share)
+
+
+def _about_point(part: _Part, share: float, point: NDArray[Any]) -> NDArray[Any]:
+    """Inertia of a share of a part about a point (Steiner)."""
+    mass, center, inertia = part
+    arm = center - point
+    return np.asarray(share * (inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))))
+
+
+def _spin(rod: Row, kind: Row) -> NDArray[Any]:
+    """Inertia of a rod beyond that of a thin one."""
+    a, b = ends_of(rod)
+    length, diameter = float(np.linalg.norm(b - a)), kind.number("diameter")
+    way, mass = (b - a) / length, kind.number("mass_density", 0.0) * length
+    return np.asarray(mass * diameter**2 / 16 * (np.eye(3) + np.outer(way, way)))
 
 
 def _center(body: Row | None) -> NDArray[Any]:
@@ -147,9 +199,6 @@ def _about(axis: NDArray[Any]) -> NDArray[Any]:
     return found
 
 
-_Part = tuple[float, "NDArray[Any]", "NDArray[Any]"]
-
-
 def _parts(body: Row | None, center: NDArray[Any], rods: list[Row], kinds: list[Row]) -> list[_Part]:
     """Mass, centre and inertia (3, 3) about it, of the body and of its rods, in the body's frame."""
     found: list[_Part] = [] if body is None else [(body.number("mass", 0.0), center, np.diag(_moments(body)))]
@@ -164,24 +213,32 @@ def _parts(body: Row | None, center: NDArray[Any], rods: list[Row], kinds: list[
 
 def _masses(
     name: str, parts: list[_Part], keel: NDArray[Any], axes: NDArray[Any], line: int, note: Callable[..., Any]
-) -> dict[str, Any]:
-    """Mass, height of its centre and moments about it.  Raises NoBuoy."""
+) -> tuple[dict[str, Any], NDArray[Any]]:
+    """Mass, height of its centre and moments about it, and the axes turned about the third so that these are the main
+    ones across it.  Raises NoBuoy."""
     placed_parts = [(mass, (center - keel) @ axes, axes.T @ inertia @ axes) for mass, center, inertia in parts]
     if any(np.abs(center[:2]).max() > _CLOSE for mass, center, _ in placed_parts if mass):
-        raise NoBuoy("has its centre of mass off the axis")
+        raise NoBuoy("has its centre of mass off the axis of its rods")
     total = sum(mass for mass, _, _ in parts)
     height = sum(mass * center[2] for mass, center, _ in placed_parts) / total
     tensor: Any = sum(
         own + mass * (center[2] - height) ** 2 * np.diag([1.0, 1.0, 0.0]) for mass, center, own in placed_parts
     )
-    moments = np.diag(tensor)
+    largest = np.abs(np.diag(tensor)).max()
+    if abs(tensor[0, 1]) > _CLOSE * largest:
+        angle = 0.5 * math.atan2(2 * tensor[0, 1], tensor[0, 0] - tensor[1, 1])
+        angle -= math.pi / 2 * round(angle / (math.pi / 2))  # the near way
+        c, s = math.cos(angle), math.sin(angle)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        axes, tensor = axes @ turn, turn.T @ tensor @ turn
+    if (product := np.abs(tensor[:2, 2]).max()) > _CLOSE * largest:
+        note(line, f"products of inertia of {name}, up to {product / largest:.2g} of its largest moment, are left out")
     found: dict[str, Any] = {"mass": float(total), "center_of_mass": float(height)}
-    if np.abs(tensor - np.diag(moments)).max() > _CLOSE * np.abs(moments).max():
-        raise NoBuoy("has an inertia whose main axes are not its own")
+    moments = np.diag(tensor)
     if moments.min() > 0:
-        return found | {"inertia": moments.tolist()}
+        return found | {"inertia": moments.tolist()}, axes
     note(line, f"{name} has no inertia: that of its mass spread over the hull is taken")
-    return found
+    return found, axes
 
 
 def _water_of_rods(

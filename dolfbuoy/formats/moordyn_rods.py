@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
-from .moordyn_body import BodyOf, NoBuoy, buoy_of, ends_of, placed, turn_of, type_of
+from .moordyn_body import HARDLY, BodyOf, NoBuoy, barred, buoy_of, ends_of, placed, turn_of, type_of
 from .moordyn_text import Row, Tables
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 #: Words with which attachments begin.
 FIXED, MOVED = ("fix", "anch"), ("coupled", "vessel", "ves", "cpld", "fair")
 FREE, PINNED = ("free", "con", "point"), "pin"
+#: EA of bars whose ends a body keeps apart [N].
+STIFF = 1e8
 
 
 class Places:
@@ -41,6 +44,7 @@ class Places:
         self.vessels: dict[str, dict[str, Any]] = {}
         self.buoys: dict[str, BodyOf] = {}
         self.bars: dict[str, dict[str, Any]] = {}
+        self.braces: list[dict[str, Any]] = []  #: bars between points of one body
         self.bodies = {row["id"]: row for row in tables.of("bodies")}
         self.used: set[str] = set()
 
@@ -55,6 +59,9 @@ class Places:
             self._body(number, body, own.get(number, []))
         for rod in rods:
             self._rod(rod)
+        for number, buoy in self.buoys.items():
+            for rod in buoy.bars:
+                self._brace(number, rod)
 
     def put(self, key: str, line: int, place: NDArray[Any], kind: str, end: Any) -> None:
         """Remember where an end is and what a cable that ends there names."""
@@ -112,8 +119,9 @@ class Places:
         return {name: tables for name, tables in found.items() if tables}
 
     def cables(self) -> list[dict[str, Any]]:
-        """Bars of which an end is used."""
-        return [bar for bar in self.bars.values() if {f"{bar['name']}a", f"{bar['name']}b"} & self.used]
+        """Bars of which an end is used, and those of bodies that are."""
+        bars = [bar for bar in self.bars.values() if {f"{bar['name']}a", f"{bar['name']}b"} & self.used]
+        return bars + [bar for bar in self.braces if bar["from"].partition(".")[0] in self.used]
 
     def _body(self, number: str, body: Row, rods: list[Row]) -> None:
         word, name = _attachment(body), f"body{number}"
@@ -131,9 +139,10 @@ class Places:
         elif not word.startswith(MOVED):
             try:
                 self.buoys[number] = buoy_of(name, body, rods, self.types, self.rho, self.note)
-                return
             except NoBuoy as reason:
-                why = f"body {number} {reason}: its points are on a vessel at rest here"
+                self.note(body.line, f"{name} {reason}: they are bars between points of it here")
+                self.buoys[number] = barred(name, body, rods, self.types, self.rho, self.note)
+            return
         place, yaw = [body.number(axis, 0.0) for axis in "xyz"], body.number("yaw", 0.0)
         upright = not (body.number("roll", 0.0) or body.number("pitch", 0.0))
         turned = {"heading_deg": yaw} if upright and yaw else {}
@@ -181,9 +190,8 @@ class Places:
             self._bar(rod, word, name, ends, length)
 
     def _bar(self, rod: Row, word: str, name: str, ends: list[NDArray[Any]], length: float) -> None:
-        kind, low = type_of(rod, self.types), f"{name}a"
-        mass, d = kind.number("mass_density", 0.0), kind.number("diameter")
-        if mass <= 0:
+        low = f"{name}a"
+        if type_of(rod, self.types).number("mass_density", 0.0) <= 0:
             raise InputError(f"line {rod.line}: {name} moves and has no mass: Mass/m of its type must be above 0.")
         if PINNED in word:
             self._hold(low, rod, word, ends[0])
@@ -192,14 +200,35 @@ class Places:
         else:
             self._joint(low, rod, ends[0])
         self._joint(f"{name}b", rod, ends[1])
-        found = {"name": name, "from": self.ends[low], "to": self.ends[f"{name}b"], "length": length, "elements": 1}
-        found |= {"line_density": mass, "diameter": d, "normal_drag": kind.number("Cd", 0.0)}
-        found |= {"added_mass": kind.number("Ca", 0.0)}
+        bar = {"name": name, "from": self.ends[low], "to": self.ends[f"{name}b"], "length": length}
+        self.bars[name] = bar | self._water(rod, length)
+        self.note(rod.line, f"{name} is a bar here: a cable of one element that does not stretch")
+
+    def _brace(self, number: str, rod: Row) -> None:
+        """A rod of a body as a bar between two points of it, which keep it straight; where it reaches the surface as
+        the body starts, as one for each of its segments, for its buoyancy there."""
+        name, body, (a, b) = f"rod{rod.values.get('id', rod.line)}", self.buoys[number], ends_of(rod)
+        wet = max(placed(self.bodies[number], end)[2] for end in (a, b)) < 0
+        count = 1 if wet else max(1, round(rod.number("segments", 1.0)))
+        points = [f"{name}a", *(f"{name}s{k}" for k in range(1, count)), f"{name}b"]
+        ends = [body.fairlead(point, a + (b - a) * k / count) for k, point in enumerate(points)]
+        length = float(np.linalg.norm(b - a))
+        water = self._water(rod, length, body.own_mass) | {"axial_stiffness": STIFF}
+        for k, (low, high) in enumerate(pairwise(ends), 1):
+            own = name if count == 1 else f"{name}s{k}"
+            self.braces.append({"name": own, "from": low, "to": high, "length": length / count} | water)
+
+    def _water(self, rod: Row, length: float, share: float = 1.0) -> dict[str, Any]:
+        """Mass, of a share of it, volume and coefficients of a bar that stands for a rod of this length."""
+        kind = type_of(rod, self.types)
+        d, mass = kind.number("diameter"), share * kind.number("mass_density", 0.0)
+        mass = mass or HARDLY * (self.rho or 1.0) * math.pi / 4 * d**2  # a line has some
+        found: dict[str, Any] = {"elements": 1, "line_density": mass, "diameter": d}
+        found |= {"normal_drag": kind.number("Cd", 0.0), "added_mass": kind.number("Ca", 0.0)}
         # what both end faces have, spread over the length
         along = {"tangential_drag": kind.number("CdEnd", 0.0) * math.pi * d / (2 * length)}
         along |= {"tangential_added_mass": kind.number("CaEnd", 0.0) * 2 / 3 * d / length}
-        self.bars[name] = found | {key: value for key, value in along.items() if value}
-        self.note(rod.line, f"{name} is a bar here: a cable of one element that does not stretch")
+        return found | {key: value for key, value in along.items() if value}
 
     def _joint(self, key: str, rod: Row, place: NDArray[Any]) -> None:
         self.joints[key] = {"name": key}

@@ -30,8 +30,10 @@ def check_feasible(scene: Scene) -> None:
         for name in network.buoys:
             if scene.gravity:
                 buoy, pull = network.buoys[name], hanging_weight(scene, name)
-                properties = shape_of(buoy), mass_properties(buoy), scene.sea.density
-                float_upright(*properties, scene.gravity, pull, buoy.mooring_height)
+                mass = mass_properties(buoy)
+                if mass.mass * scene.gravity + pull > 0:  # else its bars carry it
+                    properties = shape_of(buoy), mass, scene.sea.density
+                    float_upright(*properties, scene.gravity, pull, buoy.mooring_height)
     for number in range(len(network.cables)):
         _check_length(network, number)
     _check_elements(network)
@@ -100,9 +102,12 @@ def _check_positive(key: str, value: float, effective: float, what: str) -> None
 def hanging_weight(scene: Scene, buoy: str) -> float:
     """Weight in water of the lines that hang from a buoy, at least, when it floats above their held ends [N].
 
-    A line that is heavy all along: what it has down to the held end, and of what hangs lower its half.
+    A line that is heavy all along: what it has down to the held end, and of what hangs lower its half.  Bars between
+    points of the buoy: all, which may lift it.
     """
-    network, total, found = scene.network, 0.0, []
+    network, found = scene.network, []
+    bars = [section for cable in network.bars_of(buoy) for section in network.sections_of(cable)]
+    total = sum(weight_per_length(scene, c) * c.length for c in bars)
     for cable in range(len(network.cables)):
         pieces = [network.pieces[k] for k in network.pieces_of(cable)]
         ends = pieces[0].ends[0], pieces[-1].ends[1]

@@ -67,7 +67,7 @@ class LineGroups(Pieces, Model):
 
     mean_dofs = moment_dofs = None
     cell_ends, stretches, one_sided = _joined("cell_ends"), _joined("stretches"), _joined("one_sided")
-    bends = _joined("bends")
+    keeps_shape = _joined("keeps_shape")
     owned, turnable, parted_at = _joined("owned"), _joined("turnable"), _joined("parted_at")
     line_of_cell, places, mean_tension = _numbered("line_of_cell"), _joined_of("places"), _joined_of("mean_tension")
     evolutions, blocks, clock = _listed("evolutions"), _listed("blocks"), _listed("clock")

@@ -119,9 +119,9 @@ class Lines(Layout, Masses):
         return np.array([c.slack == "tension-only" for c in self.sections])[self.line_of_cell]
 
     @property
-    def bends(self) -> np.ndarray:
-        """Mask of the owned cells that have a bending stiffness."""
-        return np.array([c.bending_stiffness > 0 for c in self.sections])[self.line_of_cell]
+    def keeps_shape(self) -> np.ndarray:
+        """Mask of the owned cells that need no tension: of lines with a bending stiffness, and of bars on buoys."""
+        return np.array([p.section.bending_stiffness > 0 or p.is_bar for p in self.pieces])[self.line_of_cell]
 
     @property
     def turnable(self) -> np.ndarray:

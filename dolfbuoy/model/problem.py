@@ -313,9 +313,9 @@ class Problem:
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     def smallest_tension(self, of_rods: bool = True) -> float:
-        """Smallest element mean of T [N], over all ranks; of_rods: of lines with a bending stiffness too."""
+        """Smallest element mean of T [N], over all ranks; of_rods: of those that need none too."""
         means = self.lines.mean_tension(self.system.u)
-        means = means if of_rods else means[~self.lines.bends]
+        means = means if of_rods else means[~self.lines.keeps_shape]
         return allreduce(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_force(self, piece: int, end: int, fresh: bool = True) -> np.ndarray:

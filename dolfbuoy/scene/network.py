@@ -63,6 +63,13 @@ class Piece:
     section: Cable
     ends: tuple[End, End]
 
+    @property
+    def is_bar(self) -> bool:
+        """True for an element from one point of a buoy to another, which keep it straight."""
+        low, high = self.ends
+        of_one = low.kind == high.kind == "buoy" and low.name == high.name
+        return of_one and self.section.elements == self.section.position_degree == 1
+
 
 @dataclass(frozen=True)
 class Device:
@@ -154,6 +161,10 @@ class Network:
     def key_of(self, cable: int) -> str:
         """Key of the table of a cable: "cable" of the only one, else "cable.NAME"."""
         return _key_of("cable", self.cables, self.cables[cable])
+
+    def bars_of(self, buoy: str) -> list[int]:
+        """Cables that are bars between two points of a buoy, and move with it."""
+        return [piece.cable for piece in self.pieces if piece.is_bar and piece.ends[0].name == buoy]
 
     def key_of_buoy(self, name: str) -> str:
         """Key of the table of a buoy: "buoy" of the only one, else "buoy.NAME"."""

@@ -68,13 +68,13 @@ def find_rest(problem: Problem, put: Callable[[], None], ways: Sequence[Way]) ->
 
 
 def is_compressed(problem: Problem) -> bool:
-    """True if some dof of T of a line without bending stiffness is negative beyond rounding, on any rank.
+    """True if some dof of T of a line that would fold is negative beyond rounding, on any rank.
 
     Next to lines that take no compression those that do are struts, which are meant to.
     """
     if problem.law is not None or not problem.lines:
         return False
-    T = problem.system.u[problem.lines.T_dofs[~problem.lines.bends]]
+    T = problem.system.u[problem.lines.T_dofs[~problem.lines.keeps_shape]]
     worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
     return bool(worst > ROUNDING * largest)
 
