@@ -140,7 +140,7 @@ class Places:
             try:
                 self.buoys[number] = buoy_of(name, body, rods, self.types, self.rho, self.note)
             except NoBuoy as reason:
-                self.note(body.line, f"{name} {reason}: they are bars between points of it here")
+                self.note(body.line, f"{name} {reason}: its rods are bars between points of it here")
                 self.buoys[number] = barred(name, body, rods, self.types, self.rho, self.note)
             return
         place, yaw = [body.number(axis, 0.0) for axis in "xyz"], body.number("yaw", 0.0)

@@ -342,10 +342,19 @@ def test_points_on_a_body_that_is_held(angles, place):
         (("10|20|30 0 0 0", "0 0 0 0"), None),
         (("slim 1 50 0.61", "slim 1 50 0.7"), "line 20: rods differ in Cd"),
         (("Free 10 20 -3 0 0 0", "Free 10 20 -3 0 5 0"), "line 16: how the body is turned at the start"),
-        (("2 wide Body1 0 0 -1 0 0 0", "2 wide Body1 0 0 -1 0 0 -1"), "line 16: body 1 has a rod without length"),
-        (("2 wide Body1 0 0 -1 0 0 0", "2 wide Body1 1 0 -1 1 0 0"), "line 16: body 1 has rods that do not stand on"),
-        (("2 wide Body1 0 0 -1 0 0 0", "2 wide Body1 0 0 -2 0 0 -1"), "line 16: body 1 has rods with gaps"),
-        (("0|0|0.5", "1|0|0.5"), "line 16: body 1 has its centre of mass off the axis: its points are on a vessel"),
+        (
+            ("2 wide Body1 0 0 -1 0 0 0", "2 wide Body1 0 0 -1 0 0 -1"),
+            "line 16: body1 has a rod without length: its rods are bars",
+        ),
+        (
+            ("2 wide Body1 0 0 -1 0 0 0", "2 wide Body1 1 0 -1 1 0 0"),
+            "line 16: body1 has rods that do not stand on one axis: its rods are",
+        ),
+        (
+            ("2 wide Body1 0 0 -1 0 0 0", "2 wide Body1 0 0 -2 0 0 -1"),
+            "line 16: body1 has rods with gaps between them: its rods are bars",
+        ),
+        (("0|0|0.5", "1|0|0.5"), "line 16: body1 has its centre of mass off the axis of its rods: its rods are"),
         (("2 wide Body1 0 0 -1 0 0 0", "2 wide Free 0 0 -1 0 0 0"), "line 21: rod2 holds no line and was left out"),
         (("2 Body1 0.4 0.3 -0.5 0", "2 Body1 0.4 0.3 -0.5 40"), "line 26: mass of point 2 on body 1"),
     ],

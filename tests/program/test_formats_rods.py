@@ -311,7 +311,9 @@ def test_rods_side_by_side_are_bars_of_their_body(mass):
     assert [cable["name"] for cable in cables] == [f"rod1s{k}" for k in range(1, 7)] + [
         f"rod2s{k}" for k in range(1, 6)
     ] + ["rod3"]
-    assert said[0] == "line 14: body1 has rods that do not stand on one axis: they are bars between points of it here"
+    assert (
+        said[0] == "line 14: body1 has rods that do not stand on one axis: its rods are bars between points of it here"
+    )
     assert any(note.startswith("line 14: body1 has no mass: 1% of that of its rods") for note in said) == (mass == 0)
     axes, origin = in_body_frame(buoy, ["point2", "point3", "point4", "point5"])
 
