@@ -54,10 +54,20 @@ def expected(scene: Scene, report: "Report") -> None:
         remark = f"{known}, step against {name}, {fastest:.3g} s{unsure}"
         report.add("error bar to expect of largest values", 100 * bar, "%", remark)
     steps = [math.sqrt(3 * ASKED * times) / omega for times in (1 / SPREAD, 1.0, SPREAD)]
-    space, waves = space_of(scene), scene.waves
-    components = waves.components if waves is not None and waves.irregular else 0
-    components = components if isinstance(components, int) else len(components)
-    each = STEP + OF_BUOY * len(scene.buoys) + OF_ELEMENT * space.mu * space.cells + OF_COMPONENT * components
+    each = seconds_of_step(scene)
     shortest, middle, longest = (time.end / step * each for step in reversed(steps))
     remark = f"{shortest:.2g} to {longest:.2g} s, BDF2 with steps of {steps[0]:.2g} to {steps[2]:.2g} s{unsure}"
     report.add(f"time of a run with {100 * ASKED:g} %", middle, "s", remark)
+
+
+def seconds_of_step(scene: Scene) -> float:
+    """Seconds that a step of a scene takes, on the machine of the README."""
+    space, waves = space_of(scene), scene.waves
+    components = waves.components if waves is not None and waves.irregular else 0
+    components = components if isinstance(components, int) else len(components)
+    return STEP + OF_BUOY * len(scene.buoys) + OF_ELEMENT * space.mu * space.cells + OF_COMPONENT * components
+
+
+def seconds_of(scene: Scene) -> float:
+    """Seconds that a run takes, there and by its `time.step`; none without [time]."""
+    return scene.time.end / scene.time.step * seconds_of_step(scene) if scene.time else 0.0

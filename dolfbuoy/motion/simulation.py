@@ -8,6 +8,7 @@ import numpy as np
 from ..elsewhere import MPI, quick_start
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
+from ..parallel import pace
 from ..parallel.ranks import allreduce
 from ..solver.vector_ops import copies, picked, together, traced
 from .consistent import make_consistent
@@ -324,6 +325,8 @@ class Simulation:
         count = int(np.ceil(time.end / interval - 1e-9))
         for k in range(1, count + 1):
             yield from self.advance(min(k * interval, time.end))
+            if pace.watch is not None:
+                pace.watch.reached(k, count)
 
 
 def listed(state, name):

@@ -4,7 +4,6 @@ A case is a plain Row, its result another.  A result belongs to the case and to 
 another program it does not count.
 """
 
-import functools
 import hashlib
 import json
 import math
@@ -14,6 +13,8 @@ import time as clock
 import traceback
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor
+from contextlib import AbstractContextManager, nullcontext
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -24,23 +25,29 @@ from .. import forms, meshes
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..writing import made
-from . import interruption
+from . import interruption, pace
 from .store import SUFFIX, Store, Writer
 
 Row = dict[str, Any]  #: a case, or its result
 
 #: Seconds from which on the time that cases will take is announced.
 ANNOUNCED = 20.0
+#: Work of a case that is none.
+TINY = 1e-12
 
 
 def evaluate_all(
-    evaluate: Callable[[Row], Row], cases: list[Row], folder: Path, structure: Callable[[Row], Any] | None = None
+    evaluate: Callable[[Row], Row],
+    cases: list[Row],
+    folder: Path,
+    structure: Callable[[Row], Any] | None = None,
+    work: Callable[[Row], float] | None = None,
 ) -> list[Row] | None:
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
     See `compute`, which does the work.
     """
-    compute(evaluate, cases, folder, structure)
+    compute(evaluate, cases, folder, structure, work=work)
     return None if MPI.COMM_WORLD.rank != 0 else rows_of(cases, folder)
 
 
@@ -65,6 +72,7 @@ def compute(
     executor: Any = None,
     failed: Callable[[Exception], Row] | None = None,
     say: Callable[[list[str]], None] = lambda sentences: None,
+    work: Callable[[Row], float] | None = None,
 ) -> None:
     """Evaluate the cases that have no result yet and put these into `folder`/cases, each at once; collective.
 
@@ -76,7 +84,7 @@ def compute(
     case that has this result is computed once more; without it none is.  executor: of concurrent.futures, or one whose
     futures have `done`, `result` and `cancel`; it evaluates, and this process alone writes.  failed(error): the result
     of a case that the executor could not bring to an end; without it the error is raised.  say: called with what is
-    wrong with the store.
+    wrong with the store.  work(case): how long it takes against the others, for what is said about the time.
     """
     comm, store = ranks_beside(executor), Path(folder) / "cases" / part
     missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
@@ -89,14 +97,16 @@ def compute(
     def keep(i: int, result: Row) -> None:
         writer.add(key(cases[i]), result, attempts[i])
 
+    shares = {i: max(work(cases[i]), TINY) if work else 1.0 for i in missing} if comm.rank == 0 else {}
     try:
         if executor is not None:
-            _evaluate_elsewhere(executor, evaluate, cases, missing, keep, failed)
+            _evaluate_elsewhere(executor, evaluate, cases, missing, keep, failed, shares)
             return
-        for indices, workers in ((pioneers, 1), (followers, comm.size)):
-            work = indices if comm.rank < workers else []
-            share = _claimed(work, claims) if comm.size > 1 else work
-            _raise_together(comm, _evaluate_share, evaluate, cases, share, keep, claims, len(work))
+        with _Progress(shares, comm.size) as progress:
+            for indices, workers in ((pioneers, 1), (followers, comm.size)):
+                mine = indices if comm.rank < workers else []
+                share = _claimed(mine, claims) if comm.size > 1 else mine
+                _raise_together(comm, _evaluate_share, evaluate, cases, share, keep, claims, progress)
     finally:
         writer.close()
         if comm.rank == 0:
@@ -135,19 +145,19 @@ def _evaluate_share(
     share: Iterable[int],
     keep: Callable[[int, Row], None],
     claims: Path,
-    total: int,
+    progress: "_Progress",
 ) -> None:
     """Evaluate cases one by one; rank 0 shows how many are done by all."""
-    with _progress(total, MPI.COMM_WORLD.size) as advance:
-        for i in share:
-            try:
+    for i in share:
+        try:
+            with progress.watching(i):
                 result = evaluate(cases[i])
-                interruption.check()
-                keep(i, result)
-            except BaseException:
-                _claim(claims / "failed")
-                raise
-            advance(claims)
+            interruption.check()
+            keep(i, result)
+        except BaseException:
+            _claim(claims / "failed")
+            raise
+        progress.done(i, claims)
 
 
 def _claimed(indices: Iterable[int], claims: Path) -> Iterator[int]:
@@ -166,10 +176,11 @@ def _evaluate_elsewhere(
     indices: list[int],
     keep: Callable[[int, Row], None],
     failed: Callable[[Exception], Row] | None,
+    shares: dict[int, float],
 ) -> None:
     """Let an executor evaluate; without the executor there is no going on."""
     waiting = {executor.submit(evaluate, cases[i]): i for i in indices}
-    with _progress(len(indices)) as advance:
+    with _Progress(shares) as progress:
         try:
             for future in _finished(waiting):
                 try:
@@ -180,7 +191,7 @@ def _evaluate_elsewhere(
                     result = failed(error)
                 keep(waiting[future], result)
                 interruption.check()
-                advance()
+                progress.done(waiting[future])
         finally:
             for future in waiting:
                 future.cancel()
@@ -205,32 +216,52 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.2g} {unit}"
 
 
-class _progress:
-    """A bar on rank 0, called after each case; with the folder of claims it counts those of all ranks, now and then.
-    After the first case a line estimates the time for the others, for logs too."""
+class _Progress:
+    """A bar on rank 0 that knows how much work each case is; with a folder of claims it counts those of all ranks.
 
-    def __init__(self, total: int, ranks: int = 1):
-        self._bar = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not total)
-        self._total, self._done, self._looked = total, 0, 0.0
-        self._ranks, self._began = ranks, clock.monotonic()
+    How long all cases take is said as soon as the first one shows its pace, and again after it, for logs too; the bar
+    goes on with it after each.
+    """
+
+    def __init__(self, work: dict[int, float], ranks: int = 1):
+        self._bar = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not work)
+        self._work, self._all = work, sum(work.values())
+        self._done, self._looked, self._ranks = set[int](), 0.0, ranks
 
     def __enter__(self) -> Self:
         self._bar.__enter__()
-        self._task = self._bar.add_task("cases", total=self._total)
+        self._task, self._began = self._bar.add_task("cases", total=self._all), clock.monotonic()
         return self
 
-    def __call__(self, claims: Path | None = None) -> None:
-        self._done += 1
-        if self._done == 1:
+    def watching(self, i: int) -> AbstractContextManager[None]:
+        """Around the case i: the first one is watched."""
+        watched = not self._done and len(self._work) > 1 and not self._bar.disable
+        return pace.watched(partial(self._expect, i)) if watched else nullcontext()
+
+    def _expect(self, i: int, seconds: float) -> None:
+        if (whole := seconds + self._left(i, seconds)) >= ANNOUNCED:
+            self._bar.console.print(f"{len(self._work)} cases: about {duration(whole)}, by the first steps.")
+
+    def _left(self, i: int, seconds: float) -> float:
+        """Time for all but the case i, which takes so many seconds; no rank takes part of a case."""
+        others = len(self._work) - 1
+        share = math.ceil(others / self._ranks) / max(others, 1)
+        return seconds * (self._all / self._work[i] - 1) * share
+
+    def done(self, i: int, claims: Path | None = None) -> None:
+        """Count the case i, and now and then those that the other ranks have taken."""
+        if self._bar.disable:
+            return
+        if not self._done:
             first = clock.monotonic() - self._began
-            left = first * math.ceil((self._total - 1) / self._ranks)
-            if left >= ANNOUNCED and not self._bar.disable:
-                text = f"The first of {self._total} cases took {duration(first)}: about {duration(left)} to go."
+            if (left := self._left(i, first)) >= ANNOUNCED:
+                text = f"The first of {len(self._work)} cases took {duration(first)}: about {duration(left)} to go."
                 self._bar.console.print(text)
+        self._done.add(i)
         if MPI.COMM_WORLD.size > 1 and claims is not None and clock.monotonic() > self._looked + 0.5:
-            self._done = sum(1 for _ in claims.iterdir())
+            self._done |= {int(path.name) for path in claims.iterdir() if path.name.isdigit()}
             self._looked = clock.monotonic()
-        self._bar.update(self._task, completed=self._done)
+        self._bar.update(self._task, completed=sum(self._work[k] for k in self._done))
 
     def __exit__(self, *exception: Any) -> None:
         self._bar.__exit__(*exception)
@@ -261,7 +292,7 @@ def _raise_together(comm: Any, function: Callable[..., None], *arguments: Any) -
         raise error if error is not None and comm.size == 1 else errors[0]
 
 
-@functools.cache
+@cache
 def fingerprint() -> str:
     """Changes with the sources and the shipped scenes: what another program computed does not count."""
     roots = [Path(__file__).parents[1], *(Path(m.__file__).parent for m in (forms, meshes))]  # apart in a source tree

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..elsewhere import MPI
 from ..errors import InputError
 from ..motion.simulation import Simulation
+from ..parallel import pace
 from ..scene import Scene
 from ..scene.settings import ramp_of
 from ..writing import replacing
@@ -76,6 +77,8 @@ class Run:
 
 def compute(scene: Scene, names: Iterable[str], repeats: int = 1, comm: Any = MPI.COMM_SELF) -> Run:
     """Run a scene; times are medians over the repeats.  Raises SolveError."""
+    if pace.watch is not None:
+        pace.watch.runs = repeats
     runs = [_once(scene, names, comm) for _ in range(repeats)]
     run = runs[0]
     run.wall, run.cpu = (float(np.median([getattr(r, key) for r in runs])) for key in ("wall", "cpu"))

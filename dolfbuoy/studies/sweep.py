@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from ..check import derived
+from ..check.accuracy import seconds_of
 from ..errors import InputError, printable
 from ..page.folder import write_pages
 from ..parallel.cases import compute, key, ranks_beside, store_in
@@ -230,7 +231,16 @@ def _compute(
         return retry if result["status"] != "done" else keep and not _record_of(folder, result)
 
     place, again = "" if part is None else part.folder, anew if retry or keep else None
-    compute(how, planned.share(part), folder, part=place, again=again, executor=executor, failed=failed, say=say)
+    options: dict[str, Any] = {"again": again, "executor": executor, "failed": failed, "say": say}
+    compute(how, planned.share(part), folder, part=place, work=partial(_work, planned.base), **options)
+
+
+def _work(base: Scene, case: Row) -> float:
+    """Seconds that a case may take; none of one that will not run."""
+    try:
+        return seconds_of(varied(base, case["changes"]))
+    except InputError:
+        return 0.0
 
 
 def _record_of(folder: Path, case: Row) -> str:

@@ -106,7 +106,8 @@ SEA = {"spectrum": "jonswap", "significant_height": 0.2, "components": 20}
         ({"amplitude": 0.05, "period": 3.2}, False),
         ({"amplitude": 0.05, "period": 9.0}, False),
         (SEA | {"peak_period": 3.2}, True),  # its tail has waves of 2.1 s
-        (SEA | {"peak_period": 9.0}, False),
+        (SEA | {"peak_period": 9.0}, True),  # 8 % of its variance, were the ratio 0.1
+        (SEA | {"peak_period": 14.0}, False),
     ],
 )
 def test_check_warns_where_the_damping_of_waves_is_missed(waves, matters):

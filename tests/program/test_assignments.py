@@ -6,7 +6,10 @@ Source: the scenes that the same changes written by hand give.
 import pytest
 
 from dolfbuoy.check import check
+from dolfbuoy.elsewhere import MPI
 from dolfbuoy.errors import InputError
+from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.parallel import pace
 from dolfbuoy.parallel.cases import evaluate_all
 from dolfbuoy.scene import load_scene, parse_assignment
 from dolfbuoy.scene.variants import parse_vary
@@ -128,10 +131,47 @@ def test_inertia_of_flat_and_round_bodies_is_possible(inertia):
     assert load_scene("short", buoy__inertia=inertia).buoy[0].inertia == inertia
 
 
-def test_after_the_first_case_a_line_estimates_the_time_of_the_others(tmp_path, monkeypatch, capsys):
-    """The clock says 30 s per case: two are left of three."""
-    now = iter(range(0, 10000, 30))
-    monkeypatch.setattr("dolfbuoy.parallel.cases.clock.monotonic", lambda: float(next(now)))
-    evaluate_all(lambda case: {}, [{"x": x} for x in (1, 2, 3)], tmp_path)
+@pytest.fixture
+def wait(monkeypatch):
+    """A clock of its own, which goes on by so many seconds."""
+    now = [0.0]
+    monkeypatch.setattr("dolfbuoy.parallel.cases.clock.monotonic", lambda: now[0])
+
+    def further(seconds):
+        now[0] += seconds
+        return {}
+
+    return further
+
+
+def test_after_the_first_case_a_line_estimates_the_time_of_the_others(tmp_path, wait, capsys):
+    evaluate_all(lambda case: wait(30.0), [{"x": x} for x in (1, 2, 3)], tmp_path)
     shown = " ".join(capsys.readouterr().err.split())
     assert "The first of 3 cases took 30 s: about 60 s to go." in shown
+
+
+def test_the_first_steps_estimate_the_time_of_all_cases(tmp_path, wait, capsys):
+    """A case of 20 steps of 0.4 s after 1.6 s: 9.6 s, and 2 and 5.5 times as much work for the others."""
+
+    def run(case):
+        scene = load_scene(LINE, time__end=0.2)
+        wait(1.6)
+        for _ in Simulation(scene, MPI.COMM_SELF).run():
+            wait(0.4)
+        return {}
+
+    evaluate_all(run, [{"x": x} for x in (2, 4, 11)], tmp_path, work=lambda case: case["x"])
+    shown = " ".join(capsys.readouterr().err.split())
+    assert shown.index("3 cases: about 82 s, by the first steps.") < shown.index("The first of 3 cases took 9.6 s")
+    assert pace.watch is None
+
+
+def test_runs_that_are_repeated_take_so_much_longer(wait):
+    told = []
+    with pace.watched(told.append):
+        pace.watch.runs = 3
+        for step in range(1, 5):
+            wait(1.0)
+            if pace.watch is not None:
+                pace.watch.reached(step, 4)
+    assert told == [12.0]

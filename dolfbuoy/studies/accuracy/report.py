@@ -182,11 +182,11 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
     whole, store = load_scene(name), Path(folder) / "work" / name
     scene, largest = settings.shortened(whole, plan.end), settings.largest_step(whole)
     fine = fine_cases(scene, plan, store)
-    references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
+    references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure, wp.work)
     timed = wp.cases(scene, settings_of(scene, plan, largest), fine["reference"], plan.repeats)
     space = settings.space_of(scene)  # runs on its elements are kept
     timed = [with_file(c, store, "own") if (c["pair"], c["cells"]) == (space.pair, space.cells) else c for c in timed]
-    found = evaluate_all(wp.evaluate, timed, store, wp.structure)
+    found = evaluate_all(wp.evaluate, timed, store, wp.structure, wp.work)
     if found is None or references is None:
         return None
     add_scheme_errors(found, scene, plan, fine["mesh"])

@@ -12,6 +12,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from ...check.accuracy import seconds_of
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...parallel.cases import evaluate_all, with_file
@@ -142,6 +143,11 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
     what |= {"tolerance": stepping.tolerance, "newton": stepping.newton}
     changed = settings.with_settings(scene, space, stepping).to_dict()
     return {"study": f"work-precision {kind}", **what, "scene": changed}
+
+
+def work(case: Row) -> float:
+    """Seconds that a case may take, against the others."""
+    return seconds_of(load_scene(case["scene"])) * case.get("repeats", 1)
 
 
 def evaluate_reference(case: Row) -> Row:
@@ -359,9 +365,9 @@ def study(
     room = settings.spaces(scene, pairs, cells)
     ways = steppings(schemes or tuple(SCHEMES), steps, tolerances, **more)
     check, fine = reference_cases(scene, room, steps, folder)
-    references = evaluate_all(evaluate_reference, [check, fine], folder, structure)
+    references = evaluate_all(evaluate_reference, [check, fine], folder, structure, work)
     chosen = cases(scene, itertools.product(room, ways), fine, repeats)
-    found = evaluate_all(evaluate, chosen, folder, structure)
+    found = evaluate_all(evaluate, chosen, folder, structure, work)
     if found is None or references is None:
         return []
     rows, own = judged(found, scene, check, fine)

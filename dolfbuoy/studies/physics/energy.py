@@ -113,11 +113,15 @@ def cases(scene: str | None = None, t_end: float | None = None, steps: Any = Non
     ]
 
 
+def _steps(case: Row) -> float:
+    return float(case["t_end"] / case["step"])
+
+
 def study(
     folder: Path, scene: str | None = None, t_end: float | None = None, steps: list[float] | None = None
 ) -> list[Table]:
     """The balance of every scene."""
-    found, tables = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene")), []
+    found, tables = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene"), _steps), []
     for name, rows in groups(found or [], "scene").items():
         for mine in groups(rows, "scheme").values():
             orders(mine, "relative", "step")
