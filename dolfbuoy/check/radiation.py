@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 #: Draft of the cylinder over that of the hull within which it stands for the hull.
 LIKE = 0.67, 1.5
 #: Natural period over the period of the waves, regular ones and those of a sea, within which resonance counts: in the
-#: tail of a sea, S ~ omega^-5, the part 2.7 r^4/zeta of its variance at the ratio r of periods and the damping ratio zeta.
+#: tail of a sea, S ~ omega^-5, the part 2.7 r^4/zeta of its variance; r: ratio of periods, zeta: damping ratio.
 NEAR, IN_A_SEA = (0.8, 1.25), (0.2, 1.4)
 #: A damping ratio of waves that counts: next to that of drag in heave, and alone in pitch.
 MUCH, LEAST = 0.5, 0.03

@@ -1,4 +1,4 @@
-"""How long a run will take, known after its first steps, for who waits for many of them.
+"""The time that a run will take, known after its first steps, for who waits for many of them.
 
 `Simulation.run` says how far it is; of most runs nobody wants to know.
 """

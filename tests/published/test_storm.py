@@ -103,8 +103,8 @@ def test_steps_are_small_enough_for_a_wave(scheme, within, monkeypatch):
 
 @pytest.mark.slow
 def test_what_coefficients_by_shape_take_from_lean_and_load():
-    """Potential flow with its memory (Capytaine 3.0, mesh of `potential --around 44`, no added masses): 36.3 degrees and
-    57.4 kN; asked were 46 -> 38 degrees and 78 -> 60 kN by an estimate.  The chain has no internal damping here."""
+    """Without internal damping of the chain.  Potential flow with its memory (Capytaine 3.0, `potential --around 44`,
+    no added masses) has 36.3 degrees and 57.4 kN, an estimate of another 38 and 60 beside 46 and 78 without."""
     shapes = dict.fromkeys(("added_mass", "axial_added_mass", "rotational_added_mass"), "disc")
     damped, whole = {"wave_damping": "radiation"}, shapes | {"wave_damping": "radiation"}
     found = []
