@@ -209,7 +209,7 @@ def _having(series: list[Series], number: str) -> list[Series]:
 
 
 def _fatigue(series: list[Series], how: dict[Any, Any]) -> Shown:
-    from ..results.statistics import YEAR
+    from ..results.sample import YEAR
 
     rows, worn = [], bool(_having(series, "damage"))
     factor = max((float(mine.safety_factor.max()) for *_, mine in series if "safety_factor" in mine), default=1.0)

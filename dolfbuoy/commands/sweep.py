@@ -118,7 +118,8 @@ def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
 def _show(dataset: "xr.Dataset", folder: Path) -> None:
     """Print its cases and the largest of their main quantities, of a power the mean."""
     from ..results.quantities import shown_in
-    from ..results.series import each_series
+    from ..results.sample import LASTS
+    from ..results.series import LASTING, each_series
 
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     found = each_series(dataset, "maximum", shown_in("sweep"))
@@ -127,6 +128,10 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
         (f"{label} {short}", one[f"{name}_{kind}"])
         for (label, name, one), (short, kind) in zip(found, kinds, strict=True)
     ]
+    lasting = each_series(dataset, LASTS, [name for name in shown_in("sweep") if name.startswith("tension")])
+    shown += [(f"{label} for {LASTING:g} s", one[f"{name}_{LASTS}"]) for label, name, one in lasting]
+    if "shortest_life" in dataset:
+        shown.append(("shortest life", dataset.shortest_life))
     if "criterion_left" in dataset:
         shown.append(("left of criteria", dataset.criterion_left))
     units = [unit_of(values.values, values.attrs["units"]) for _, values in shown]

@@ -18,7 +18,7 @@ export function unpack(packed) {
 export function format(x, digits = 4) {
   if (x === null || x === undefined || Number.isNaN(x)) return "–";
   if (!Number.isFinite(x)) return x > 0 ? "∞" : "−∞";
-  return String(Number(x.toPrecision(digits))).replace("-", "−");
+  return String(Number.isSafeInteger(x) ? x : Number(x.toPrecision(digits))).replace("-", "−");
 }
 
 /** An element with attributes and children; strings become text, `on...` listeners. */

@@ -61,7 +61,8 @@ export class ParallelAxes {
       parts.push(drawn("text", { x: x + 7, y: this.y(share) + 4, class: "halo" }, text));
     }
     const lift = i % 2 ? 26 : 12; // names of neighbours do not meet
-    parts.push(drawn("text", { x, y: lift, "text-anchor": "middle", class: "name" }, axis.name));
+    const [at, anchor] = i === 0 ? [4, "start"] : i === this.axes.length - 1 ? [this.width - 4, "end"] : [x, "middle"];
+    parts.push(drawn("text", { x: at, y: lift, "text-anchor": anchor, class: "name" }, axis.name));
     return parts;
   }
 

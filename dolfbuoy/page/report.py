@@ -6,7 +6,7 @@ import base64
 import io
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +19,16 @@ from ..results import criteria as judging
 from ..results.after_ramp import Missing, TooShort, scene_of
 from ..results.record import fitting, read
 from ..results.summary import summary, warnings
-from ..results.tables import rounded, unit_of
+from ..results.tables import rounded, unit_of, years
 from ..scene.inputs import inputs_of
+from ..scene.variants import SEED
 from . import html
 from .html import Markup, paragraphs, section, table, tag
 from .run_page import worth
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import NDArray
 
     from ..results.style import Figure
     from ..scene import Scene
@@ -41,8 +43,8 @@ FIGURES = {
     "cone_angle": "Lean of the buoy.",
     "curvature": "Curvature along the line.",
 }
-#: Cases of a sweep that are listed.
-MOST_CASES = 200
+#: Cases of a sweep that are listed, and values of a key that varies.
+MOST_CASES, MOST_VALUES = 200, 12
 
 
 def report_of(folder: Path) -> tuple[str, str]:
@@ -97,7 +99,7 @@ def of_sweep(dataset: xr.Dataset, folder: Path) -> str:
             _revision(scene, dataset.attrs),
             _conclusion(scene, judged),
             html.warnings([*(failed if done < dataset.sizes["case"] else []), *derived(scene).warnings]),
-            _inputs(scene, _cases(dataset)),
+            _inputs(scene, _cases(dataset), _varied(dataset)),
             _criteria(judged),
             None if found is None else _extremes(found[0], notes),
             _figures([("mean and range of every case", draw(dataset))]),
@@ -144,14 +146,16 @@ def _criteria(judged: list[judging.Verdict]) -> Markup | None:
     return section("criteria", "Criteria", table(judging.HEADINGS, rows)) if rows else None
 
 
-def _inputs(scene: Scene, cases: Iterable[tuple[str, str]]) -> Markup:
-    """The scene in words, its values, sources of its materials, and the load cases."""
+def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str, str] | None = None) -> Markup:
+    """The scene in words, its values, sources of its materials, and the load cases; varied: key -> its values."""
+    over = "; ".join(f"{key} {values}" for key, values in (varied or {}).items())
+    said = [f"Over the cases vary {over}; elsewhere stand those of the scene that they begin from."] if varied else []
     values = [row for row in inputs_of(scene) if row.section != "criteria"]
     sources = [(name, m.source) for name, m in (scene.material or {}).items() if m.source]
     return section(
         "inputs",
         "Inputs",
-        paragraphs(in_words(scene)),
+        paragraphs([*in_words(scene, (varied or {}).get(SEED, "")), *said]),
         tag("h3", "Load cases"),
         table(("case", "load"), cases),
         tag("h3", "Values"),
@@ -160,8 +164,8 @@ def _inputs(scene: Scene, cases: Iterable[tuple[str, str]]) -> Markup:
     )
 
 
-def in_words(scene: Scene) -> list[str]:
-    """Sentences about what a scene is: its lines, its buoys, the water, the wind."""
+def in_words(scene: Scene, seeds: str = "") -> list[str]:
+    """Sentences about what a scene is: its lines, its buoys, the water, the wind; seeds: in place of its own."""
     network, found = scene.network, []
     water = f"{scene.sea.depth:g} m of water" if scene.sea else "air"
     bed = ", lying on the sea bed where it touches it" if scene.seabed else ""
@@ -175,7 +179,7 @@ def in_words(scene: Scene) -> list[str]:
     for name, buoy in network.buoys.items():
         mass = buoy.mass + sum(point.mass for point in buoy.point_masses)
         found.append(f"{f'Buoy {name}' if len(network.buoys) > 1 else 'Buoy'}: {mass:g} kg.")
-    return [*found, f"Loads: {', '.join(dict.fromkeys([_sea(scene), *_pushes(scene)]))}."]
+    return [*found, f"Loads: {', '.join(dict.fromkeys([_sea(scene, seeds), *_pushes(scene)]))}."]
 
 
 def _pushes(scene: Scene) -> Iterator[str]:
@@ -192,14 +196,14 @@ def _changes(load: Any) -> str:
     return ", changing over time" if load.over_time else ""
 
 
-def _sea(scene: Scene) -> str:
+def _sea(scene: Scene, seeds: str = "") -> str:
     """Waves and current in words."""
     waves, current, parts = scene.waves, scene.current, []
     if waves is None:
         parts.append("no waves")
     elif waves.irregular:
         height = f" of Hs = {waves.significant_height:g} m" if waves.significant_height else ""
-        parts.append(f"an irregular sea{height}, period {waves.main_period:.4g} s, seed {waves.seed}")
+        parts.append(f"an irregular sea{height}, period {waves.main_period:.4g} s{_chance(waves, seeds)}")
     else:
         parts.append(f"regular waves of {2 * waves.size:g} m and {waves.main_period:g} s")
     if current is not None:
@@ -209,6 +213,13 @@ def _sea(scene: Scene) -> str:
     if scene.sea is not None and scene.sea.tide is not None:
         parts.append(f"a tide of {np.subtract(*range_of_tide(scene)[::-1]):.3g} m")
     return ", ".join(parts)
+
+
+def _chance(waves: Any, seeds: str) -> str:
+    """The seeds of a sea that has one; a sea of components has none."""
+    if seeds:
+        return f", seeds {seeds}"
+    return f", seed {waves.seed}" if waves.spectrum is not None else ""
 
 
 def _duration(scene: Scene) -> str:
@@ -224,9 +235,23 @@ def _cases(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
         left = one.criterion_left.item() if "criterion_left" in one else math.nan
         size = f"{rounded(abs(left))} % {'left' if left >= 0 else 'missing'}"
         word = "" if math.isnan(left) else f"; {one.criterion.item()}: {size}"
+        if "shortest_life" in one and not np.isnan(one.shortest_life):
+            word += f"; life {years(one.shortest_life.item())} years, {one.shortest_life_of.item()}"
         yield str(i + 1), f"{varied} ({one.status.item()}{word})"
     if dataset.sizes["case"] > MOST_CASES:
         yield "...", f"and {dataset.sizes['case'] - MOST_CASES} more"
+
+
+def _varied(dataset: xr.Dataset) -> dict[str, str]:
+    """The keys that a sweep varies, and their values; of many numbers the range and how many they are."""
+    found = {}
+    for key in dataset.attrs["varied"].split(", "):
+        values = list(dict.fromkeys(dataset[key.replace(".", "_")].values.tolist()))
+        if len(values) <= MOST_VALUES or isinstance(values[0], str):
+            found[key] = ", ".join(map(str, values[:MOST_VALUES])) + (", ..." if len(values) > MOST_VALUES else "")
+        else:
+            found[key] = f"{min(values):g} to {max(values):g} ({len(values)} values)"
+    return found
 
 
 def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None:
@@ -245,7 +270,8 @@ def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None
 def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
     """Table of the largest and smallest of every quantity of all cases, with the most probable extreme of a set."""
     from ..results.quantities import shown_in
-    from ..results.series import each_series
+    from ..results.sample import LASTS
+    from ..results.series import LASTING, each_series
 
     rows = []
     for label, name, one in each_series(found, "mean", shown_in("statistics")):
@@ -255,11 +281,17 @@ def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
         unit, factor = unit_of([low, high], one[f"{name}_mean"].attrs["units"])
         case = str(one.run.values[int(np.nanargmax(high))])
         probable = one[f"{name}_most_probable"].values[:, 0] if f"{name}_most_probable" in one else np.array([np.nan])
-        text = rounded(factor * np.nanmax(probable), 4) if np.isfinite(probable).any() else ""
-        numbers = [rounded(factor * float(x), 4) for x in (np.nanmin(low), np.nanmax(high))]
-        rows.append((label.replace("_", " "), *numbers, unit, case, text))
-    heading = ("quantity", "least", "largest", "unit", "largest in", "most probable maximum of 3 h")
+        lasting = one[f"{name}_{LASTS}"].values if f"{name}_{LASTS}" in one else np.array([np.nan])
+        numbers = [_largest(factor * x) for x in (lasting, probable)]
+        least = rounded(factor * float(np.nanmin(low)), 4)
+        rows.append((label.replace("_", " "), least, _largest(factor * high), numbers[0], unit, case, numbers[1]))
+    heading = ("quantity", "least", "largest", f"for {LASTING:g} s", "unit", "largest in", "probable maximum of 3 h")
     return section("extremes", "Extremes after the ramp", table(heading, rows), paragraphs(notes))
+
+
+def _largest(values: NDArray[Any]) -> str:
+    """The largest of those that there are, with four digits; empty without one."""
+    return rounded(float(np.nanmax(values)), 4) if np.isfinite(values).any() else ""
 
 
 def _settings(scene: Scene) -> list[tuple[str, str]]:

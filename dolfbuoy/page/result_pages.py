@@ -13,7 +13,7 @@ from ..results.frame import Frames
 from ..results.measured import QUANTITIES
 from ..results.mode_record import KINDS, enlargement, moving
 from ..results.quantities import shown_in
-from ..results.sample import STATISTICS
+from ..results.sample import LASTS, STATISTICS
 from ..results.series import described, each_series
 from ..results.tables import unit_of
 from . import html
@@ -56,7 +56,7 @@ def sweep_data(dataset: xr.Dataset) -> dict[str, Any]:
     """Data for the script of the page."""
     keys = dataset.attrs["varied"].split(", ")
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
-    quantities = each_series(dataset, "maximum")
+    quantities = each_series(dataset, "mean")
     kept = STATISTICS if len(quantities) * len(STATISTICS) * dataset.sizes["case"] <= MOST_NUMBERS else FEWER
     records = _listed(dataset.record.values) if "record" in dataset else []  # none of them leads anywhere else
     return {
@@ -64,6 +64,7 @@ def sweep_data(dataset: xr.Dataset) -> dict[str, Any]:
         "varied": varied,
         "status": _listed(dataset.status.values),
         "quantities": [_quantity(*one, kept) for one in quantities],
+        "lives": single(dataset.shortest_life.values) if "shortest_life" in dataset else None,
         "main": [label for main in shown_in("sweep page") for label, name, _ in quantities if name == main],
         "scene": "scene" in dataset.attrs,
         "source": dataset.attrs.get("source", ""),
@@ -77,6 +78,7 @@ def _listed(values: NDArray[Any]) -> list[Any]:
 
 def _quantity(label: str, name: str, dataset: xr.Dataset, kept: tuple[str, ...]) -> dict[str, Any]:
     unit, long_name = described(name)
+    kept = (*kept, LASTS) if f"{name}_{LASTS}" in dataset else kept
     columns = {statistic: dataset[f"{name}_{statistic}"].values for statistic in kept}
     unit, factor = unit_of(np.concatenate([columns[k] for k in kept if k != "dominant_period"]), unit)
     packed = {k: single(v if k == "dominant_period" else factor * v) for k, v in columns.items()}

@@ -4,7 +4,7 @@ import { byId, data, element, format, dress, unpack } from "./core.js";
 import { ParallelAxes } from "./parallel.js";
 import { SortedTable, cellOf } from "./table.js";
 
-const NAMES = { minimum: "least", maximum: "largest", mean: "mean", standard_deviation: "deviation", dominant_period: "period [s]" };
+const NAMES = { minimum: "least", maximum: "largest", mean: "mean", standard_deviation: "deviation", dominant_period: "period [s]", lasting_maximum: "for 1 s" };
 
 function start() {
   dress();
@@ -12,11 +12,15 @@ function start() {
     for (const [name, packed] of Object.entries(quantity.statistics)) quantity.statistics[name] = unpack(packed);
   const main = data.main.map((name) => data.quantities.find((quantity) => quantity.name === name));
   const columns = [{ key: "number", name: "case" }, ...data.varied.map(({ key }) => ({ key, name: key }))];
-  columns.push(...main.map((q) => ({ key: q.name, name: `largest ${spoken(q.name)} [${q.unit}]` })), { key: "status", name: "status" });
+  columns.push(...main.map((q) => ({ key: q.name, name: `largest ${spoken(q.name)} [${q.unit}]` })));
+  const lives = data.lives && unpack(data.lives);
+  if (lives) columns.push({ key: "life", name: "shortest life [years]" });
+  columns.push({ key: "status", name: "status" });
   const rows = data.status.map((status, k) => {
     const row = { number: k + 1, status };
     for (const { key, values } of data.varied) row[key] = values[k];
     for (const q of main) row[q.name] = q.statistics.maximum[k];
+    if (lives) row.life = lives[k];
     return row;
   });
   const axes = [...data.varied.map(({ key, values }) => ({ name: key, values }))];
@@ -37,7 +41,7 @@ function spoken(name) {
 function open(k) {
   const replay = data.records[k] && `${data.records[k]}/page.html`;
   if (replay) window.open(replay, "dolfbuoy-case");
-  const kept = Object.keys(NAMES).filter((name) => data.quantities.every((q) => q.statistics[name]));
+  const kept = Object.keys(NAMES).filter((name) => data.quantities.some((q) => q.statistics[name]));
   const names = ["quantity", "unit", ...kept.map((name) => NAMES[name])];
   const head = element("tr", {}, ...names.map((name) => element("th", { scope: "col" }, name)));
   const lines = data.quantities.map((q) =>
@@ -46,7 +50,7 @@ function open(k) {
       { title: q.text },
       element("th", { scope: "row" }, spoken(q.name)),
       cellOf(q.unit),
-      ...kept.map((name) => cellOf(format(q.statistics[name][k]))),
+      ...kept.map((name) => cellOf(q.statistics[name] ? format(q.statistics[name][k]) : "")),
     ),
   );
   byId("chosen").replaceChildren(

@@ -14,9 +14,9 @@ from ..errors import InputError
 from ..scene.variants import in_words, probabilities
 from .extremes import DURATION, HOURS, Gumbel
 from .runs import Run
-from .sample import Fatigue
+from .sample import YEAR, Fatigue
 from .series import described, place_of
-from .statistics import YEAR, curves_in_words, gumbels, labels_of, shortest_life
+from .statistics import curves_in_words, gumbels, labels_of, shortest_life
 
 #: Of the largest value, by default.
 YEARS = 50.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time as clock
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
@@ -22,7 +21,7 @@ from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.vector_ops import picked, together, traced
-from ..version import __version__
+from ..version import __version__, now
 from .attitude import roll_pitch_yaw
 from .bending import Bending
 from .design import Design
@@ -401,7 +400,7 @@ def attributes(problem: Problem) -> dict[str, Any]:
         "effects": ", ".join(effects.names(problem.scene)),
         "format": FORMAT,
         "ranks": problem.comm.size,
-        "created": clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime()),
+        "created": now(),
         "version_dolfbuoy": __version__,
         **versions,
         **({"route": problem.route} if problem.route else {}),

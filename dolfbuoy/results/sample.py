@@ -42,13 +42,15 @@ NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "peri
 #: The elevation at a point that stays where it is, and the smallest tension of a cable, as series; a number of forces.
 FIXED_POINT, SMALLEST, LASTS = "fixed_point_elevation", "smallest_tension", "lasting_maximum"
 
+#: Seconds of a year of 365.25 days.
+YEAR = 31557600.0
 #: Numbers of [fatigue] that a sample keeps.
 CORRODING = ("corrosion", "corrosion_rate", "safety_factor")
 
 
 def numbers_of(record: xr.Dataset) -> dict[str, dict[str, float]]:
-    """STATISTICS of every series over the whole run, in the units of the record."""
-    return {series.label: series.numbers(STATISTICS) for series in series_of(record)}
+    """STATISTICS of every series over the whole run, in the units of the record; of forces also what lasts."""
+    return {one.label: one.numbers(STATISTICS + ((LASTS,) if _pulls(one.label) else ())) for one in series_of(record)}
 
 
 def sample_of(
@@ -286,3 +288,26 @@ def _in_words(curve: Curve, reference: float, corrosion: float) -> str:
     words = {"MBL": f", ranges over {reference / 1e3:.5g} kN", "MPa": f", ranges over {reference:.5g} mm²"}
     thinner = f", bar thinner by {1e3 * corrosion:g} mm" if corrosion and curve.bar else ""
     return f"{curve.name}{words.get(curve.unit, '')}{thinner}"
+
+
+def lives(sample: dict[str, Any], fatigue: Fatigue | None = None) -> dict[str, float]:
+    """Years until the Miner sum of each tension with a curve is 1, if the time that counts came again and again; inf
+    without damage."""
+    how, found = fatigue or Fatigue(), {}
+    for label in sample["cycles"]:
+        if (damage := how.damage(sample, label)) is not None:
+            yearly = YEAR * damage.sum / sample["duration"]
+            found[label] = how.life(sample, label, yearly) if yearly > 0 else np.inf
+    return found
+
+
+def lives_of(record: xr.Dataset, scene: Scene) -> tuple[dict[str, float], float, float]:
+    """(`lives` of a run, their safety factor, the time that counts [s]); empty without curves, or in the ramp."""
+    curved = any(
+        curve_on(piece.section, scene.fatigue, linked) for piece in scene.network.pieces for linked in (False, True)
+    )
+    try:
+        sample = sample_of(record, scene) if curved else None
+    except InputError:
+        sample = None
+    return (lives(sample), Fatigue().factor(sample), sample["duration"]) if sample else ({}, 1.0, 0.0)

@@ -32,13 +32,22 @@ LASTING = 1.0
 OF = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place", "take_off", "winch")
 OF_PART = " of "
 #: Units of numbers that are not in the unit of their series.
-UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s", "m0": "m2", "damage": "1"}
+UNITS = {
+    "skewness": "1",
+    "period": "s",
+    "dominant_period": "s",
+    "memory": "s",
+    "m0": "m2",
+    "damage": "1",
+    "life": "year",
+}
 #: What numbers are called where their names are no words.
 WORDS = {
     "m0": "variance m0",
     "Hs": "significant height 4 sqrt(m0)",
     "equivalent_load": "damage-equivalent range",
     "damage": "Miner sum of the run",
+    "life": "years until the Miner sum is 1, were it so for ever",
     "lasting_maximum": f"exceeded for {LASTING:g} s",
 }
 
@@ -240,6 +249,11 @@ def place_of(label: str) -> Place:
     """The Place of a label."""
     name, _, part = label.partition(OF_PART)
     return Place(name, next((d for d in declared(name).dims if d in OF), None), part)
+
+
+def spoken(label: str) -> str:
+    """A label in words; that of a place is the place."""
+    return label.removeprefix(f"place_tension{OF_PART}").replace("_", " ")
 
 
 def described(label: str) -> tuple[str, str]:

@@ -26,11 +26,8 @@ from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
 from .quantities import declared
 from .runs import Run, runs_of
-from .sample import LASTS, NUMBERS, STATISTICS, Fatigue, pair_of
-from .series import OF_PART, Columns, described, place_of
-
-#: Seconds of a year of 365.25 days.
-YEAR = 31557600.0
+from .sample import LASTS, NUMBERS, STATISTICS, YEAR, Fatigue, pair_of
+from .series import OF_PART, Columns, described, place_of, spoken
 
 
 def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
@@ -38,11 +35,12 @@ def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
-    data |= _judged(rows)
+    data |= _judged(rows) | _lasting_least(rows)
     columns = Columns(label for row in rows for label in row["statistics"])
-    known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
-    numbers = [*STATISTICS, *sorted(known - set(STATISTICS))]  # and error bars, where the scene estimates them
-    data |= columns.table([row["statistics"] for row in rows], numbers, "case")
+    numbers = [row["statistics"] for row in rows]
+    known = {number for row in numbers for one in row.values() for number in one}
+    data |= columns.table(numbers, STATISTICS, "case")
+    data |= columns.table(numbers, sorted(known - set(STATISTICS)), "case", complete=False)  # lives, error bars
     judged = over_cases((in_words(row["changes"]), row) for row in rows)
     return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys), **_in_words(judged)})
 
@@ -63,6 +61,20 @@ def _judged(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "criterion": ("case", np.array(names, dtype=object), {"long_name": "the criterion that governs, and its part"}),
         "criterion_left": ("case", left, unit_and_name("%", "left of its limit; negative: missed")),
+    }
+
+
+def _lasting_least(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The shortest life by fatigue of each case, if its time came again and again, and where."""
+    every = [{label: one["life"] for label, one in row["statistics"].items() if "life" in one} for row in rows]
+    if not any(every):
+        return {}
+    where = [min(lives, key=lives.__getitem__, default="") for lives in every]
+    years = [lives.get(label, np.nan) for lives, label in zip(every, where, strict=True)]
+    named = {"long_name": "where the shortest life is"}
+    return {
+        "shortest_life": ("case", years, unit_and_name("year", "shortest life by fatigue, were it so for ever")),
+        "shortest_life_of": ("case", np.array([spoken(label) for label in where], dtype=object), named),
     }
 
 

@@ -21,8 +21,9 @@ from .criteria import never_met, verdicts
 from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
 from .running import maximum, minimum, never_parted, rows_of, warnings_of
-from .series import LASTING, Series, mean_over_time
-from .tables import NOTHING, force_unit, newtons, plain, unit_of
+from .sample import lives_of
+from .series import LASTING, Series, mean_over_time, spoken
+from .tables import NOTHING, force_unit, newtons, plain, unit_of, years
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,6 +56,7 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
         rows += [_range(f"{name}: {axis} of the body", place.sel(xyz=axis), "m") for axis in "xyz"]
     if "parted" in record.attrs:
         rows.append(("parted", record.attrs["parted"], ""))
+    rows += life_rows(record, scene)
     rows += bars.summary_rows(record)
     steps = record.sizes["time"] - 1
     rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
@@ -69,6 +71,24 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
         rest = 100 * remaining_amplitude(scene.waves.main_period, scene)
         rows.append((f"left by the scheme of a free {scene.waves.main_period:g} s motion", f"{rest:.1f}", "%"))
     return rows
+
+
+#: Lives that the table of a run shows, the shortest.
+MOST_LIVES = 12
+
+
+def life_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
+    """Rows of the shortest lives by fatigue, if a run went on as after its ramp, and over their safety factor."""
+    found, factor, duration = lives_of(record, scene)
+    over = f", over safety factor {factor:g}" if factor > 1 else ""
+    return [
+        (
+            f"life of {spoken(label)}, from {duration:.4g} s{over}",
+            f"{years(life)}{f', {years(life / factor)}' if over else ''}",
+            "years",
+        )
+        for label, life in sorted(found.items(), key=lambda one: one[1])[:MOST_LIVES]
+    ]
 
 
 def _named(part: Part, rows: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, str]]:

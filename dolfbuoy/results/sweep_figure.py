@@ -26,6 +26,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Mean and range of the main quantities: over the first varied key if it is a number and no seed, a colour for each
     combination of the others; else, or where these are too many to tell apart, case by case."""
     series = each_series(dataset, "mean", shown_in("sweep figure"))[:MOST_PANELS]
+    series = [one for one in series if np.isfinite(one[2][f"{one[1]}_mean"].values).any()]
     figure = style.new_figure(style.PAGE, 1.9 * max(len(series), 1) + 0.8)
     axes = np.atleast_1d(figure.subplots(max(len(series), 1), 1, sharex=True))
     label, groups = _groups(dataset)
@@ -47,7 +48,7 @@ def draw(dataset: xr.Dataset) -> Figure:
                 axis.errorbar(place, middle, reach, fmt="o", markersize=3.5, capsize=2.5, label=group)
         axis.set_ylabel(f"{text.replace('_', ' ')} [{unit.replace('degree', '°')}]")
     axes[-1].set_xlabel(label)
-    if len(groups) > 1:
+    if series and len(groups) > 1:
         axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     title = dataset.attrs.get("title", "")
     figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)

@@ -41,6 +41,11 @@ def rounded(x: float, digits: int = 2) -> str:
     return f"{float(f'{x:.{digits}g}'):g}"
 
 
+def years(life: float) -> str:
+    """A life with two digits; beyond a million years it counts as none."""
+    return rounded(life) if life < 1e6 else "> 1,000,000"
+
+
 def table(title: str, headings: Iterable[str], right: Iterable[str] | None = None) -> Table:
     """An empty table; the columns of these headings are aligned to the right, by default all."""
     shown = Plain(title=escape(title), title_justify="left", show_edge=False, pad_edge=False)

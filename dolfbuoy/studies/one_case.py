@@ -24,7 +24,7 @@ from ..results import folder as folders
 from ..results.bars import by_label
 from ..results.record import read
 from ..results.recorder import Recorder, Unwritten
-from ..results.sample import numbers_of, sample_of
+from ..results.sample import lives, numbers_of, sample_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
 from ..writing import made
@@ -54,6 +54,8 @@ def evaluate(
         found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
         with suppress(InputError):  # of a run that ends in its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
+            for label, life in lives(found["sample"]).items():
+                found["statistics"].setdefault(label, {})["life"] = life
         found["cut"] = cautions.cut(record, scene)
         if scene.accuracy is not None and scene.accuracy.estimate != "none":
             try:

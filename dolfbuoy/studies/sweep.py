@@ -27,7 +27,7 @@ from ..results.sweep_figure import draw
 from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, in_words, latin_hypercube, with_seeds
 from ..solver import compat
-from ..version import __version__
+from ..version import __version__, now
 from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
 from .study import Row
@@ -299,7 +299,7 @@ def _written(planned: Plan, folder: Path) -> xr.Dataset:
     dataset["cut_steps"] = "case", np.array(cut), about
     about = {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
     versions = {f"version_{name}": value for name, value in compat.versions().items()}  # of who collects the cases
-    dataset.attrs |= about | {"computed_by": f"dolfbuoy {__version__}"} | versions
+    dataset.attrs |= about | {"computed_by": f"dolfbuoy {__version__}", "created": now()} | versions
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):
         about = {"long_name": "folder of the record, from that of the sweep"}

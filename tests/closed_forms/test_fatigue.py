@@ -17,9 +17,9 @@ from dolfbuoy import InputError, load_scene, simulate, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.results.lifetime import lifetime
 from dolfbuoy.results.record import read
-from dolfbuoy.results.sample import Fatigue, sample_of
+from dolfbuoy.results.sample import YEAR, Fatigue, sample_of
 from dolfbuoy.results.series import Series
-from dolfbuoy.results.statistics import YEAR, Run, together
+from dolfbuoy.results.statistics import Run, together
 
 MBL, BAR = 1e6, 0.05
 AREA = math.pi / 2 * BAR**2

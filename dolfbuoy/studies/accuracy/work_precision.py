@@ -147,7 +147,7 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
 
 def work(case: Row) -> float:
     """Seconds that a case may take, against the others."""
-    return seconds_of(load_scene(case["scene"])) * case.get("repeats", 1)
+    return seconds_of(load_scene(case["scene"])) * int(case.get("repeats", 1))
 
 
 def evaluate_reference(case: Row) -> Row:
