@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..model.varying import Grid, Gusts, range_of_tide, seed_of, turning
+from ..model.varying import Grid, Gusts, range_of_tide, rate_of_tide, seed_of, turning
 from ..scene import Scene
 from ..scene.sections import Sea
 
@@ -46,14 +46,14 @@ def of_weather(scene: Scene, report: "Report") -> None:
 
 def _tide(scene: Scene, sea: Sea, report: "Report") -> None:
     """Range of a tide, and what it is too fast or too large for."""
-    (low, high), (times, heights) = range_of_tide(scene), np.transpose(np.array(sea.tide))
+    (low, high), heights = range_of_tide(scene), np.array(sea.tide)[:, 1]
     report.add("range of the tide", high - low, "m", f"from {low:.3g} to {high:.3g} m")
     beyond = high - low - float(np.ptp(heights))
     report.warn(
         beyond > BEYOND * (high - low),
         f"sea.tide goes {beyond:.2g} m beyond its rows, on the curve that joins them: more rows would hold it.",
     )
-    rate = float(np.abs(np.diff(heights) / np.diff(times)).max())
+    rate = rate_of_tide(sea.tide or [])
     report.warn(rate > FAST, f"The tide changes by up to {rate:.2g} m/s: the water's own velocity is not counted.")
     report.warn(
         scene.waves is not None and high - low > DEEPER * sea.depth,

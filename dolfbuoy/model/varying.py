@@ -182,9 +182,21 @@ def _range(rows: Sequence[Any]) -> tuple[float, float]:
     """Extremes of the spline through rows [t, z], which may lie between them, above its value at t = 0."""
     table = np.asarray(rows, dtype=float)
     path, times = spline(table), table[:, 0]
-    turns = path.derivative().roots(extrapolate=False)[0]  # not finite where it is constant
-    heights = path(np.concatenate([times, turns[np.isfinite(turns)]])) - path(np.clip(0.0, times[0], times[-1]))
+    heights = _extremes(path, times) - path(np.clip(0.0, times[0], times[-1]))
     return min(0.0, float(heights.min())), max(0.0, float(heights.max()))
+
+
+def rate_of_tide(rows: Sequence[Any]) -> float:
+    """Largest rate of the spline through rows [t, z], which may lie between them [m/s]."""
+    table = np.asarray(rows, dtype=float)
+    return float(np.abs(_extremes(spline(table).derivative(), table[:, 0])).max())
+
+
+def _extremes(path: Any, times: Array) -> Array:
+    """Values of a piecewise polynomial at its knots and where it turns."""
+    turns = path.derivative().roots(extrapolate=False)[0]  # not finite where it is constant
+    found: Array = path(np.concatenate([times, turns[np.isfinite(turns)]]))
+    return found
 
 
 # -- current -----------------------------------------------------------------------------------------------------------

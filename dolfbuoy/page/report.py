@@ -20,6 +20,8 @@ from ..results.after_ramp import Missing, TooShort, scene_of
 from ..results.record import fitting, read
 from ..results.summary import summary, warnings
 from ..results.tables import rounded, unit_of, years
+from ..scene.floats import SOURCE as SOURCE_OF_FLOATS
+from ..scene.floats import float_of
 from ..scene.inputs import inputs_of
 from ..scene.variants import SEED
 from . import html
@@ -152,6 +154,8 @@ def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str,
     said = [f"Over the cases vary {over}; elsewhere stand those of the scene that they begin from."] if varied else []
     values = [row for row in inputs_of(scene) if row.section != "criteria"]
     sources = [(name, m.source) for name, m in (scene.material or {}).items() if m.source]
+    floats = dict.fromkeys(filter(None, map(float_of, scene.network.bodies.values())))
+    sources += [(name, SOURCE_OF_FLOATS) for name in floats]
     return section(
         "inputs",
         "Inputs",
@@ -160,7 +164,7 @@ def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str,
         table(("case", "load"), cases),
         tag("h3", "Values"),
         table(("section", "what", "value", "unit"), values),
-        *([tag("h3", "Sources"), table(("material", "source"), sources)] if sources else []),
+        *([tag("h3", "Sources"), table(("material or float", "source"), sources)] if sources else []),
     )
 
 

@@ -12,6 +12,8 @@ from ..errors import InputError
 
 DENSITY = 1025.0  # sea water in which the buoyancies are [kg/m^3]
 
+SOURCE = "Dewey, Mooring Design & Dynamics, Marine Models 1 (1999)"
+
 
 class Float(NamedTuple):
     """Net buoyancy [kg], diameter that meets the water [m], drag coefficient, that of the ball if it is less [m]."""
@@ -51,6 +53,15 @@ def with_float(table: Any) -> Any:
     others = [keys_of(one) for one in FLOATS.values()]  # a variation of a scene has those of the float before
     own = {key: value for key, value in table.items() if all(value != other.get(key) for other in others)}
     return keys_of(FLOATS[name]) | {key: value for key, value in own.items() if key != "float"}
+
+
+def float_of(body: Any) -> str | None:
+    """Name of the float whose mass and volume a body has, which is all that a scene keeps of it."""
+    for name, one in FLOATS.items():
+        keys = keys_of(one)
+        if (body.mass, body.volume) == (keys["mass"], keys["volume"]):
+            return name
+    return None
 
 
 def keys_of(one: Float) -> dict[str, float]:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from .floats import SOURCE as SOURCE_OF_FLOATS
+from .floats import float_of
 from .section import Section, unit_of
 from .sections import Scene
 from .shapes import BY_SHAPE, SOURCE
@@ -53,6 +55,8 @@ def _within(section: Section, path: str) -> Iterator[Input]:
             unit = unit_of(info)
             plain = unit == "1" or isinstance(value, str) or ("," in unit and isinstance(value, int | float))
             yield Input(path, info.description.partition(";")[0], _text(value), "" if plain else unit)
+    if "float" in type(section).model_fields and (called := float_of(section)):
+        yield Input(path, f"mooring float: {SOURCE_OF_FLOATS}", called, "")
     for part, here in inner:
         yield from _within(part, here)
 

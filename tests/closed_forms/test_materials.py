@@ -17,6 +17,7 @@ from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
 from dolfbuoy.scene import varied
 from dolfbuoy.scene.floats import DENSITY, FLOATS, with_float
+from dolfbuoy.scene.inputs import inputs_of
 from dolfbuoy.scene.library import material
 
 #: Grade, bar [mm], breaking load [kN] as printed, rounded up or to the nearest.
@@ -164,6 +165,9 @@ def test_floats_have_their_buoyancy_and_drag():
         assert body.drag_area == pytest.approx(math.pi / 4 * drag, rel=1e-12)
         assert (body.added_mass, body.float) == (0.5, None)
         assert load_scene(found.to_dict()) == found
+        (said,) = [row for row in inputs_of(found) if row.meaning.startswith("mooring float")]
+        assert (said.section, said.value) == ("joint", name)
+        assert "Dewey" in said.meaning
     two = scene("wire 20 mm", "wire 20 mm")
     two["cable"]["segments"][0]["body"] = {"float": "sphere 30 in", "drag_area": 2.0}
     (body,) = load_scene(two).network.bodies.values()
