@@ -27,6 +27,7 @@ from ..results.recorder import Recorder, Unwritten
 from ..results.sample import lives, numbers_of, sample_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
+from ..version import now
 from ..writing import made
 from .study import Row
 
@@ -68,7 +69,8 @@ def evaluate(
             _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
         found = failed(error)
-    return found | {"changes": case["changes"], "base": case["base"], "seconds": clock.monotonic() - begin}
+    found |= {"changes": case["changes"], "base": case["base"]}
+    return found | {"seconds": clock.monotonic() - begin, "created": now()}
 
 
 def failed(error: Exception) -> Row:

@@ -27,7 +27,7 @@ from ..results.sweep_figure import draw
 from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, in_words, latin_hypercube, with_seeds
 from ..solver import compat
-from ..version import __version__, now
+from ..version import __version__
 from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
 from .study import Row
@@ -287,19 +287,20 @@ def collected(planned: Plan, folder: Path) -> xr.Dataset:
 
 def _written(planned: Plan, folder: Path) -> xr.Dataset:
     store, cases = store_in(folder), planned.cases
-    rows, cut = [], []
+    rows, cut, dates = [], [], [""]
     for case, found in zip(cases, store.results([key(case) for case in cases]), strict=True):
         result = found or MISSING
         rows.append(case | {name: result[name] for name in ("status", "statistics")})  # samples are large
         rows[-1]["criteria"] = (result.get("sample") or {}).get("criteria", [])
         cut.append(result.get("cut", 0.0))
+        dates.append(result.get("created", ""))
     enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)
     about = {"units": "1", "long_name": "part of the steps that failed and were retried with smaller ones"}
     dataset["cut_steps"] = "case", np.array(cut), about
     about = {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
     versions = {f"version_{name}": value for name, value in compat.versions().items()}  # of who collects the cases
-    dataset.attrs |= about | {"computed_by": f"dolfbuoy {__version__}", "created": now()} | versions
+    dataset.attrs |= about | {"computed_by": f"dolfbuoy {__version__}", "created": max(dates)} | versions
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):
         about = {"long_name": "folder of the record, from that of the sweep"}

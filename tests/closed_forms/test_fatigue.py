@@ -20,6 +20,8 @@ from dolfbuoy.results.record import read
 from dolfbuoy.results.sample import YEAR, Fatigue, sample_of
 from dolfbuoy.results.series import Series
 from dolfbuoy.results.statistics import Run, together
+from dolfbuoy.results.summary import life_rows, summary
+from dolfbuoy.results.tables import years
 
 MBL, BAR = 1e6, 0.05
 AREA = math.pi / 2 * BAR**2
@@ -431,6 +433,21 @@ def test_a_bar_that_corrodes_lives_as_long_as_its_stress_lets_it(rate, tmp_path)
     assert Fatigue().life(quiet, "tension_top of line", yearly) == 1 / yearly
 
 
+def test_lives_in_the_table_of_a_run(two):
+    """The shortest first, by hand, from the time after the ramp, which is all of the run here."""
+    scene, label = load_scene(TWO), "place_tension of cable.0 at upper end"
+    rows = {name: value for name, value, unit in summary(two, scene) if unit == "years"}
+    life = 6.0 / YEAR / miner(two, label, 3, 316, 4e4)
+    named = "life of cable.0 at upper end, from 6 s, over safety factor 5"
+    assert rows[named] == f"{years(life)}, {years(life / 5)}"
+    shown = [float(value.partition(",")[0]) for value in rows.values()]
+    assert shown == sorted(shown)
+    assert len(shown) == 5  # both ends, the joint from either side, the sag
+    assert years(3.2e7) == "> 1,000,000"
+    bare = {"fatigue": None, "cable.segments.1.fatigue_curve": None, "material.low.fatigue_curve": None}
+    assert life_rows(two, load_scene(changed(TWO, bare))) == []
+
+
 def test_the_life_of_what_corrodes_is_in_the_statistics(two):
     sample = sample_of(two, load_scene(changed(TWO, {"fatigue.corrosion_rate": 0.001})))
     found = together([Run("1", sample, "", {})], Fatigue())
@@ -450,6 +467,20 @@ def test_a_sweep_keeps_cycles_of_places(two, call, tmp_path):
     )
     assert (code, err.count("rror")) == (0, 0), err
     slow = simulate(changed(TWO, {"cable.top.period": 3.0}))
+    cases = xr.load_dataset(tmp_path / "sw" / "sweep.nc")
+    lives = np.array([6.0 / YEAR / miner(one, "tension_anchor of cable", 3, 316, 4e4) for one in (two, slow)])
+    np.testing.assert_allclose(cases.tension_anchor_life.values[:, 0], lives, rtol=1e-5)
+    every = (cases.tension_top_life, cases.tension_anchor_life, cases.place_tension_life)
+    least = np.min([one.min(one.dims[1]) for one in every], axis=0)
+    np.testing.assert_allclose(cases.shortest_life, least, rtol=1e-12)
+    lasting = [Series("", one.time.values, one.tension_top.values[:, 0]).lasting_maximum for one in (two, slow)]
+    np.testing.assert_allclose(cases.tension_top_lasting_maximum.values[:, 0], lasting, rtol=1e-6)
+    code, _, err = call("report", tmp_path / "sw")
+    assert (code, err) == (0, "")
+    text = (tmp_path / "sw" / "report.html").read_text()
+    where = f"life {years(least[0])} years, {cases.shortest_life_of.values[0]}"
+    for words in (where, "for 1 s", "vary cable.top.period 2.0, 3.0;", f"{cases.attrs['created'][:10]}"):
+        assert words in text, words
     label = "place_tension of cable.0 at upper end"
     for more, (m, K) in (((), (3, 316)), (("--curve", "50 MBL^4"), (4, 50))):
         arguments = ["--scatter", tmp_path / "seas.csv", "--out", tmp_path / "st", "--overwrite", *more]

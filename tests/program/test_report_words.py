@@ -68,7 +68,7 @@ SEA = {"spectrum": "jonswap", "significant_height": 2.5, "peak_period": 7.25, "s
             SLOW | {"waves": SEA},
             "an irregular sea of Hs = 2.5 m, period 7.25 s, seed 4, a current of 0.5 m/s towards 0 degrees",
         ),
-        ({"waves": {"components": [[0.3, 4.0, 0.0, 0.0]]}}, "an irregular sea, period 4 s, seed 0"),
+        ({"waves": {"components": [[0.3, 4.0, 0.0, 0.0]]}}, "an irregular sea, period 4 s"),
         (
             {"current": {"profile": [[-20.0, 0.1], [0.0, 0.6]], "direction_deg": 40.0}},
             "no waves, a current by depth towards 40 degrees",
@@ -166,13 +166,14 @@ def test_extremes_of_all_cases():
     lean = {"minimum": [0.5, 0.25, 0.75], "mean": [5.0, 6.0, 7.0], "maximum": [21.0, 20.0, 22.5]}
     data = {f"tension_top_{k}": (("run", "cable"), np.array(v)[:, None], {"units": "N"}) for k, v in top.items()}
     data |= {f"cone_angle_{k}": (("run", "buoy"), np.array(v)[:, None], {"units": "degree"}) for k, v in lean.items()}
+    data["tension_top_lasting_maximum"] = ("run", "cable"), np.array([[8e3], [np.nan], [11.5e3]])
     probable = np.array([[[13e3, 1.0, 1.0]], [[14e3, 2.0, 3.0]], [[np.nan] * 3]])
     data["tension_top_most_probable"] = ("set", "cable", "bound"), probable
     found = xr.Dataset(data, {"run": ["a", "b", "c"], "cable": ["line"], "buoy": ["buoy"]})
     text = report._extremes(found, ["a note"])
     assert cells(text)[1:] == [
-        ("tension top", "3.1", "12.5", "kN", "b", "14"),
-        ("cone angle", "0.25", "22.5", "degree", "c", ""),
+        ("tension top", "3.1", "12.5", "11.5", "kN", "b", "14"),
+        ("cone angle", "0.25", "22.5", "", "degree", "c", ""),
     ]
     assert "a note" in text
     empty = found.assign(tension_top_maximum=np.nan * found.tension_top_maximum)
@@ -203,3 +204,18 @@ def test_figures_are_of_the_line_with_the_largest_tension(names, governs, monkey
             "port",
         ]
         assert report._governing(xr.Dataset(), "cable", names) == "fore"
+
+
+def test_what_varies_over_the_cases_of_a_sweep():
+    """Values in words, of many the range; the seeds of all cases stand where a sea has its own."""
+    data = {"waves_seed": ("case", [3, 4, 3, 5]), "current_speed": ("case", [0.5, 0.5, 1.0, 1.0])}
+    data["cable_length"] = "case", np.linspace(10.0, 20.0, 4)
+    dataset = xr.Dataset(data, attrs={"varied": "waves.seed, current.speed, cable.length"})
+    found = report._varied(dataset)
+    assert (found["waves.seed"], found["current.speed"]) == ("3, 4, 5", "0.5, 1.0")
+    many = xr.Dataset({"waves_seed": ("case", np.arange(7, 207))}, attrs={"varied": "waves.seed"})
+    assert report._varied(many) == {"waves.seed": "7 to 206 (200 values)"}
+    scene = load_scene(STILL | SLOW | {"waves": SEA})
+    assert "seeds 3, 4, 5, a current" in report.in_words(scene, found["waves.seed"])[-1]
+    text = report._inputs(scene, [("1", "a case")], found)
+    assert "vary waves.seed 3, 4, 5; current.speed 0.5, 1.0;" in text

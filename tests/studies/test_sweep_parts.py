@@ -114,7 +114,7 @@ def test_parts_are_the_whole(tmp_path):
         run_part(planned, folder, Part(i, 3))
         assert len(lines(folder / "cases" / f"part-{i}-of-3")) == [2, 2, 1][i - 1]
     found = collected(planned, folder)
-    xr.testing.assert_identical(found, whole)
+    xr.testing.assert_identical(*(one.assign_attrs(created="") for one in (found, whole)))
     with xr.open_dataset(folder / "sweep.nc") as written:
         xr.testing.assert_equal(written.load(), whole)
 
@@ -273,7 +273,7 @@ def test_a_time_limit_leaves_a_checkpoint_and_the_next_call_goes_on(tmp_path, mo
     steps = np.diff([*begins[: begins.index(0.0, 1)], 6.0]) / 0.02
     assert steps == pytest.approx([90, 90, 90, 30], abs=1e-6)
     assert not list((folder / "cases" / "running").iterdir())
-    xr.testing.assert_identical(found, whole)
+    xr.testing.assert_identical(*(one.assign_attrs(created="") for one in (found, whole)))
 
 
 COMMAND = "from dolfbuoy.commands.entry import main; main()"
