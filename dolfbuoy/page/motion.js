@@ -16,6 +16,7 @@ export class Recorded {
     }
     this.bodies = view.buoys.map((buoy) => ({ position: unpack(buoy.position), orientation: unpack(buoy.orientation) }));
     for (const { ends } of view.devices) for (const end of ends) if (end.path) end.path = unpack(end.path);
+    for (const vessel of view.vessels) if (vessel.path) vessel.path = unpack(vessel.path);
     this.forces = view.forces.map((force) => ({ ...force, values: unpack(force.values) }));
     this.tide = view.sea?.tide && unpack(view.sea.tide);
   }
@@ -27,6 +28,7 @@ export class Recorded {
     for (const held of this.view.lines?.held ?? []) this.pull(state, held, buoys[held.buoy]);
     state.forces = this.forces.map((force) => this.force(force, t, state));
     state.devices = devicesAt(this.view, state, (path) => this.mixed(path, 3, t));
+    state.vessels = this.view.vessels.map(({ path, at }) => (path ? this.mixed(path, 24, t) : at));
     state.level = this.tide ? this.mixed(this.tide, 1, t)[0] : 0;
     return state;
   }
@@ -122,7 +124,7 @@ export class Mode {
       return { at: plus(buoy.rest, motion.slice(0, 3)), R: product(aroundVector(motion.slice(3)), turnOf(buoy.turn)) };
     });
     const state = { t, nodes, tension, buoys, forces: [] };
-    return { ...state, devices: devicesAt(this.view, state) };
+    return { ...state, devices: devicesAt(this.view, state), vessels: this.view.vessels.map(({ at }) => at) };
   }
 }
 

@@ -38,6 +38,31 @@ export function block() {
   return hull([[-0.4, 0.8], [0.45, 0.5]], 4);
 }
 
+/** Sides of a box by its corners, x before y before z. */
+const SIDES = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+
+/** A box whose corners, 24 numbers in a row, are set later by `sidesOf`. */
+export function box() {
+  const triangles = SIDES.flatMap((_, k) => [0, 1, 2, 0, 2, 3].map((i) => 4 * k + i));
+  return { places: new Float32Array(72), normals: new Float32Array(72), triangles };
+}
+
+/** Places and normals of a box. */
+export function sidesOf(corners) {
+  const corner = (k) => corners.slice(3 * k, 3 * k + 3);
+  const found = { places: [], normals: [] };
+  for (const side of SIDES) {
+    const [a, b, , d] = side.map(corner);
+    const [u, v] = [b.map((x, i) => x - a[i]), d.map((x, i) => x - a[i])];
+    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    for (const k of side) {
+      found.places.push(...corner(k));
+      found.normals.push(...normal);
+    }
+  }
+  return { places: new Float32Array(found.places), normals: new Float32Array(found.normals) };
+}
+
 /** n x n squares; their places are set later. */
 export function grid(n) {
   const triangles = [];

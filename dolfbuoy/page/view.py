@@ -47,6 +47,9 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
         for end, packed in zip(device.ends, drawn["ends"], strict=True):
             if end.moves and end.path is not None:
                 packed["path"] = coarse(np.array([end.path(t) for t in record.time.values[rows]]))
+    for shell, drawn in zip(frames.shells, found["vessels"], strict=True):
+        if shell.moves:
+            drawn["path"] = coarse(np.array([shell.at(t) for t in record.time.values[rows]]))
     vectors = [force.vectors(rows) for force in frames.forces]
     found["forces"] = [_force(force) | {"values": coarse(v)} for force, v in zip(frames.forces, vectors, strict=True)]
     found["largestForce"] = max((float(np.linalg.norm(v, axis=-1).max()) for v in vectors), default=0.0)
@@ -65,6 +68,7 @@ def base_view(frames: Frames) -> dict[str, Any]:
     found |= {"forces": [], "largestForce": 0.0}
     start = frames.at(frames.times[0])
     found["devices"] = [{"ends": [_point(end, start) for end in one.ends]} for one in frames.devices]
+    found["vessels"] = [{"at": shell.at(float(frames.times[0])).ravel().tolist()} for shell in frames.shells]
     found["sea"] = {"depth": scene.sea.depth, "slope": slope, "waves": None} if scene.sea else None
     for name, buoy in zip(frames.buoys, start.buoys, strict=True):
         upright = Floating(buoy.buoy, np.zeros(3), np.eye(3))
@@ -115,7 +119,7 @@ def scale_of(tensions: NDArray[Any]) -> list[float]:
 
 
 def labels(frames: Frames) -> list[dict[str, Any]]:
-    """Names where there are several; take-offs and winches are always named."""
+    """Names where there are several; take-offs, winches and hulls of vessels are always named."""
     found: list[dict[str, Any]] = []
     if len(frames.spans) > 1:
         found += [{"text": s.name, "node": (s.node.start + s.node.stop) // 2} for s in frames.spans]
@@ -125,6 +129,7 @@ def labels(frames: Frames) -> list[dict[str, Any]]:
         {"text": "take-off" if len(frames.devices) == 1 else one.name, "device": k}
         for k, one in enumerate(frames.devices)
     ]
+    found += [{"text": shell.name, "vessel": k} for k, shell in enumerate(frames.shells)]
     for name, piece, end in winches_of(frames.network):
         found.append(
             {"text": f"winch {name}" if len(frames.spans) > 1 else "winch", "node": frames.node_of(piece, end)}

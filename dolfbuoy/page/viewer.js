@@ -4,7 +4,7 @@ import { Camera } from "./camera.js";
 import { byId, drawn, element, format, niceStep, onTheme, rgb, scaleOfTension } from "./core.js";
 import { Painter } from "./gl.js";
 import { Waves, squares, surface } from "./sea.js";
-import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } from "./shapes.js";
+import { ball, block, box, cone, grid, hull, placed, plus, sidesOf, turned, unit, upright } from "./shapes.js";
 
 /** A Viewer in the stage of the page; null, with a note, where there is no WebGL. */
 export function viewerOrNone(view, tensions) {
@@ -82,6 +82,7 @@ export class Viewer {
     const keep = (mesh, moving) => this.painter.keep(mesh, moving);
     this.meshes = { ball: keep(ball()), cone: keep(cone()), block: keep(block()), water: keep(grid(this.n), true) };
     this.meshes.bed = keep(grid(1), true);
+    this.boxes = this.view.vessels.map(() => keep(box(), true));
     this.hulls = this.view.buoys.map((buoy) => buoy.outline && keep(hull(buoy.outline)));
   }
 
@@ -153,6 +154,7 @@ export class Viewer {
     const { painter, state, shown } = this;
     painter.begin(this.camera);
     this.drawBuoys();
+    this.drawVessels();
     this.drawEnds();
     const segments = [];
     this.addLines(segments);
@@ -214,6 +216,14 @@ export class Viewer {
         const place = plus(at, turned(R, [0, 0, z]));
         this.painter.draw(this.meshes.ball, { color: this.colors.ink, model: placed(place, 0.035 * buoy.size) });
       }
+    });
+  }
+
+  drawVessels() {
+    this.state.vessels.forEach((corners, k) => {
+      const { places, normals } = sidesOf(corners);
+      this.painter.change(this.boxes[k], places, normals);
+      this.painter.draw(this.boxes[k], { color: this.colors.anchor });
     });
   }
 
@@ -283,8 +293,8 @@ export class Viewer {
   }
 
   placeLabels() {
-    for (const { shown, node, buoy, device } of this.labels) {
-      const place = this.placeOfLabel(node, buoy, device);
+    for (const { shown, node, buoy, device, vessel } of this.labels) {
+      const place = vessel === undefined ? this.placeOfLabel(node, buoy, device) : this.state.vessels[vessel].slice(21);
       const pixel = this.shown.names && this.painter.project(place);
       shown.hidden = !pixel;
       if (pixel) Object.assign(shown.style, { left: `${100 * pixel[0]}%`, top: `${100 * pixel[1]}%` });

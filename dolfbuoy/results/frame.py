@@ -21,6 +21,7 @@ from ..scene.network import attached_ends
 from .devices import devices_of, winches_of
 from .hulls import Floating
 from .parts import names_of
+from .vessels import shells_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,7 +120,9 @@ class Frame:
     def points(self) -> NDArray[Any]:
         """Points (n, 3) of all that is drawn [m]."""
         ends = itertools.chain.from_iterable(device.at(self) for device in self.run.devices)
-        return np.array([*self.x, *(buoy.at(height) for buoy in self.buoys for height in buoy.heights), *ends])
+        corners = itertools.chain.from_iterable(shell.at(self.time) for shell in self.run.shells)
+        buoys = (buoy.at(height) for buoy in self.buoys for height in buoy.heights)
+        return np.array([*self.x, *buoys, *ends, *corners])
 
     def elevation(self, points: NDArray[Any]) -> NDArray[Any]:
         """Height of the water at points (..., 3) [m]."""
@@ -170,6 +173,7 @@ class Frames:
 
     times: of the frames [s]; of a record without lines of all its rows.  spans, buoys, marks: of the cables, names of
     the buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.  devices: take-offs.
+    shells: hulls of vessels.
     """
 
     def __init__(self, record: xr.Dataset, scene: Scene):
@@ -180,6 +184,7 @@ class Frames:
         self.marks = list(self._marks()) if self.spans else []
         self.forces = [*self._recorded(), *self._outside()]
         self.devices = devices_of(self)
+        self.shells = list(shells_of(self))
 
     def at(self, time: float | None = None) -> Frame:
         """The frame nearest to a time [s]; by default the last."""
@@ -210,9 +215,11 @@ class Frames:
 
     @property
     def places(self) -> NDArray[Any]:
-        """Places (n, 3) of all nodes and centres of mass at all times, of ends of take-offs at the first [m]."""
+        """Places (n, 3) of all nodes and centres of mass at all times, of ends of take-offs and hulls of vessels at the
+        first [m]."""
         known = [self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record]
         known += [device.at(self.at(self.times[0])) for device in self.devices]
+        known += [shell.at(float(self.times[0])) for shell in self.shells]
         return np.concatenate([places.reshape(-1, 3) for places in known])
 
     def node_of(self, piece: int, end: int) -> int:

@@ -14,6 +14,7 @@ from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side
 from .frame import Frames
 from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, figure_of, matplotlib, new_figure
 from .tables import force_unit
+from .vessels import DECK, SIDES
 
 # isort: split
 from mpl_toolkits.mplot3d import proj3d
@@ -227,6 +228,8 @@ def _draw_plan(axes: Any, now: Frame) -> None:
     for mark, place in _marked(now):
         symbol, size, color, _ = JOINTS[mark.kind]
         axes.plot(*place[:2], symbol, color=color, ms=size)
+    for shell in now.run.shells:
+        axes.fill(*shell.at(now.time)[DECK, :2].T, color=COLORS["sand"], zorder=2.5)
     for hull in now.hulls:
         axes.add_patch(Circle(hull.r_C[:2], hull.outline[:, 1].max(), color=COLORS["orange"], zorder=3))
     axes.set(xlabel="x [m]", ylabel="y [m]")
@@ -293,12 +296,13 @@ def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | 
                 axes.add_artist(sheet(part, viewer, facecolor=COLORS["sky"], alpha=0.4, zorder=zorder))
         legend["water"] = Patch(color=COLORS["sky"], alpha=0.4, lw=0, label="water surface")
         _draw_still_water(axes, now, box, legend)
-    for hull in now.hulls:
-        points, quads = hull.surface(around=40, cell=hull.size / 14)
-        x = points[quads]
-        colors = _shaded(x, COLORS["orange"])
+    bodies = [("buoy", "orange", points[quads]) for points, quads in (h.surface(40, h.size / 14) for h in now.hulls)]
+    corners = [shell.at(now.time) for shell in now.run.shells]
+    bodies += [("vessel", "sand", x[SIDES]) for x in corners if np.all((x >= box[0]) & (x <= box[1]))]
+    for name, color, x in bodies:
+        colors = _shaded(x, COLORS[color])
         axes.add_collection3d(Poly3DCollection(x, facecolors=colors, edgecolors=colors, linewidths=0.25, zorder=4))
-        legend["buoy"] = Patch(color=COLORS["orange"], label="buoy")
+        legend[name] = Patch(color=COLORS[color], label=name)
 
 
 def _draw_still_water(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:

@@ -22,6 +22,7 @@ Motions = Annotated[
     AfterValidator(rising("must hold rows of growing time")),
     BeforeValidator(motions_of),
 ]
+Box = Annotated[tuple[_number, _number, _number, _number], BeforeValidator(q.finite_numbers(4))]
 _Operator = Annotated[tuple[_number, ...], BeforeValidator(q.finite_numbers(14))]
 Operators = Annotated[
     list[_Operator],
@@ -41,6 +42,9 @@ class Vessel(Section):
     fairleads: dict[q.Name, q.Vector] = key(
         "points {NAME = [x, y, z], ...} where lines end, in its own frame, from the reference point", "m"
     )
+    hull: Box | None = key(
+        "box in pictures, [length, breadth, height of keel, of deck] about its reference point", "m", default=None
+    )
     motion: Motions | None = key(
         "rows [t, x, y, z, roll, pitch, yaw] about rest (splines), or a file of them; absent: it rests",
         "s, m, deg",
@@ -57,6 +61,9 @@ class Vessel(Section):
     def _consistent(self) -> Self:
         if not self.fairleads:
             raise Wrong("fairleads", {}, "must name a point or more")
+        if self.hull is not None and not (min(self.hull[:2]) > 0 and self.hull[3] > self.hull[2]):
+            allowed = "must be [length, breadth, keel, deck], the first two above 0 and the deck over the keel"
+            raise Wrong("hull", list(self.hull), allowed)
         if self.motion is None:
             self.refuse(["ramp"], "goes with a motion")
         for before, after in pairwise(self.motion or []):

@@ -3,6 +3,7 @@
 Source: rotations about the axes of the world by scipy; rows of the ends' own motions as keys of joints, bit for bit.
 """
 
+import base64
 import re
 
 import numpy as np
@@ -12,9 +13,11 @@ from every_key import shows
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from dolfbuoy import InputError, Session, load_scene, simulate, solve_static
+from dolfbuoy import InputError, Session, figures, load_scene, simulate, solve_static
 from dolfbuoy.model.prescribed_ends import direction_of, motion_of
 from dolfbuoy.model.riding import rider_of
+from dolfbuoy.page.run_page import data_of
+from dolfbuoy.results.frame import Frames
 from dolfbuoy.scene.cable import EndDirection
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
@@ -70,6 +73,29 @@ def test_ends_are_where_a_rigid_body_has_them():
     np.testing.assert_allclose(lines["two"][:, -1], expected["stern"], rtol=0, atol=1e-12)
     np.testing.assert_allclose(lines["between"][:, 0], expected["stern"], rtol=0, atol=1e-12)
     np.testing.assert_allclose(lines["between"][:, -1], expected["bow"], rtol=0, atol=1e-12)
+
+
+@shows("vessel.hull")
+def test_its_hull_is_drawn_where_it_is():
+    """A box with its length along the vessel's x axis, in the snapshot and over time in the page; not where a caller
+    moves it, of whom the record says no more than where the lines end."""
+    scene = load_scene(changed(hull=[12.0, 4.0, -1.5, 2.0]))
+    record = simulate(scene)
+    box = np.array([[x, y, z] for x in (-6.0, 6.0) for y in (-2.0, 2.0) for z in (-1.5, 2.0)])
+    (shell,) = (frames := Frames(record, scene)).shells
+    for t in TIMES[::8]:
+        np.testing.assert_allclose(shell.at(t), [place(corner, t) for corner in box], atol=1e-12)
+    np.testing.assert_allclose(frames.at(0.8).points[-8:], shell.at(0.8), atol=1e-12)
+    assert "vessel" in {text.get_text() for text in figures.snapshot(record).legends[0].get_texts()}
+    view = data_of(record, scene)["view"]
+    assert {"text": "ship", "vessel": 0} in view["labels"]
+    packed = view["vessels"][0]["path"]
+    numbers = np.frombuffer(base64.b64decode(packed["data"]), "<i2") * packed["scale"] + packed["offset"]
+    np.testing.assert_allclose(numbers.reshape(-1, 8, 3)[-1], shell.at(2.0), atol=packed["scale"])
+    (still,) = Frames(record, load_scene(changed(hull=[12.0, 4.0, -1.5, 2.0], motion=None))).shells
+    assert not still.moves
+    record.attrs["session"] = "driven: one.from, ship"
+    assert Frames(record, scene).shells == []
 
 
 def test_between_rows_they_are_there_to_the_fourth_order():
@@ -155,6 +181,8 @@ def test_a_file_is_read_with_the_scene(tmp_path, kind):
         ({"motion": [[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0, 100]]}, "must not turn by more than 90 degrees"),
         ({"motion": [[0, 0, 0, 0, 0, 0, 0], [0.1, 200, 0, 0, 0, 0, 0]]}, "must not be faster than 1000 m/s"),
         ({"motion": [[1, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0, 0]]}, "must hold rows of growing time"),
+        ({"hull": [12.0, 0.0, -1.5, 2.0]}, "must be [length, breadth, keel, deck], the first two above 0"),
+        ({"hull": [12.0, 4.0, 2.0, -1.5]}, "and the deck over the keel"),
         ({"fairleads": {"bow": [5.0, 1.0, -1.0]}}, "must be one of the fairleads of ship: bow"),
     ],
 )

@@ -1,0 +1,50 @@
+"""Vessels in space: the box that stands for a vessel's hull, and where its corners are over time."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..model.prescribed_ends import motion_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .frame import Frames
+
+#: Corners of the six sides of a box, in the order of `corners_of`; and of its deck.
+SIDES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
+DECK = SIDES[-1]
+
+
+class Shell(NamedTuple):
+    """The box of a vessel by its name; paths: of its eight corners over time [m]; moves: whether they do."""
+
+    name: str
+    paths: tuple[Callable[[float], Any], ...]
+    moves: bool
+
+    def at(self, time: float) -> NDArray[Any]:
+        """Corners (8, 3) at a time [m]."""
+        return np.array([path(time) for path in self.paths], dtype=float)
+
+
+def corners_of(hull: tuple[float, float, float, float]) -> list[tuple[float, float, float]]:
+    """Corners of a box [length, breadth, keel, deck] in the frame of its vessel [m]."""
+    length, breadth, keel, deck = hull
+    return list(itertools.product((-length / 2, length / 2), (-breadth / 2, breadth / 2), (keel, deck)))
+
+
+def shells_of(frames: Frames) -> Iterator[Shell]:
+    """Boxes of the vessels that have one and move as the scene says: not those that a session drove."""
+    driven = str(frames.record.attrs.get("session", "")).removeprefix("driven: ").split(", ")
+    for vessel in frames.scene.vessel or []:
+        if vessel.hull is not None and vessel.name not in driven:
+            corners = {f"c{k}": corner for k, corner in enumerate(corners_of(vessel.hull))}
+            box = vessel.model_copy(update={"fairleads": corners})
+            tops = [box.held(name, frames.scene) for name in corners]
+            moves = any(top.kind == "prescribed" for top in tops)
+            yield Shell(vessel.name, tuple(map(motion_of, tops)), moves)
