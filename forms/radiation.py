@@ -51,5 +51,12 @@ def diffraction(c: Any, body: Body) -> Load:
     return load(c.force + dot(c.slope, x), body)
 
 
+def drift(c: Any, body: Body) -> Load:
+    """c.force in the horizontal plane, at C: the slow second-order force of the waves there."""
+    if body.motion is None:
+        return None, None
+    return as_vector([c.force[0], c.force[1], 0.0]), None
+
+
 def _five(v: Expr, leaning: Expr) -> Expr:
     return as_vector([v[0], v[1], v[2], leaning[0], leaning[1]])

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..model import Array
 from ..model.airy import AirySum, dispersion_wavenumber
+from ..model.drift import of_components
 from ..model.memory_fit import ENOUGH
 from ..model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of, wavenumbers
 from ..scene import Scene
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Parts from which on a sentence is worth it: of the draft, depth and density; of forces; of the memory; of the sea.
 OTHER, APART, INCONSISTENT, OUTSIDE = 0.03, 0.05, 0.1, 0.01
+#: Part of the mean drift by which strips must be off for a sentence.
+MUCH = 0.2
 #: k h from which on a bed is not felt.
 DEEP = 4.0
 
@@ -28,19 +31,20 @@ def of_potential_flow(scene: Scene, buoys: list[Upright], report: "Report") -> N
     """
     own = [buoy for buoy in buoys if buoy.section.potential_flow is not None]
     for buoy in own:
-        about = report.about(buoy.name)
+        about, flow = report.about(buoy.name), buoy.section.potential_flow
         _memory(scene, buoy, about)
         _hull(scene, buoy, about)
         _water(scene, buoy, about)
         if scene.waves is not None:
             _range(scene, buoy, about)
-    lacking = "no second-order drift force, no current in the memory, no waves between buoys"
-    report.warnings += [f"Of potential flow there is {lacking}."] if len(own) > 1 else []
+            if flow is not None and flow.mean_drift is not None:
+                _drift(scene, buoy, about)
+    report.warn(len(own) > 1, "Of potential flow there is no current in the memory, and no waves between buoys.")
 
 
 def _memory(scene: Scene, buoy: Upright, report: "Report") -> None:
     for name, states in zip(("heave", "a vertical plane"), states_of(scene, buoy.section), strict=True):
-        said = f"error {100 * states.error:.2g} % of the largest K; no drift force, no current in it"
+        said = f"error {100 * states.error:.2g} % of the largest K; no current in it"
         report.add(f"states of the radiation memory of {name}", states.order, "", said)
         report.warn(
             states.error > 2 * ENOUGH,
@@ -80,6 +84,20 @@ def _hull(scene: Scene, buoy: Upright, report: "Report") -> None:
         apart > APART,
         f"Damping and wave force of buoy.potential_flow do not belong together (Haskind, {100 * apart:.2g} %): "
         "units, or irregular frequencies, for which Capytaine wants a lid.",
+    )
+
+
+def _drift(scene: Scene, buoy: Upright, report: "Report") -> None:
+    """Mean drift force in the scene's waves, and what strips make of it."""
+    energy, found = AirySum.of(scene).amplitude ** 2, of_components(scene, buoy.section)
+    whole, strips = float(energy @ found.whole), float(energy @ found.strips)
+    named = buoy.section.drift is not None
+    said = "Newman's approximation" if named else f"buoy.drift = 'newman' has it; strips alone {strips / 1e3:.3g} kN"
+    report.add("mean drift force of the waves", whole / 1e3, "kN", f"the buoy free and without drag; {said}")
+    report.warn(
+        not named and abs(strips - whole) > MUCH * abs(whole),
+        f"The mean drift force of the waves is {whole / 1e3:.3g} kN, strips alone make {strips / 1e3:.3g} kN of it: "
+        "buoy.drift = 'newman' brings the rest.",
     )
 
 

@@ -393,14 +393,15 @@ void recall(const void *context);
 
 typedef struct {                /* a sum of components: scale Re(transfer exp(i (kx x + ky y + phase))) */
     int count;
-    const double *kx, *ky, *phase, *scale, *transfer;   /* transfer: five complex numbers of each */
+    const double *kx, *ky, *phase, *scale, *transfer;   /* transfer: five complex numbers of each, 18 of drift */
     const double *position;     /* of C */
-    double *force, *slope, *place;                      /* 5, (5, 2), and the x and y to which they belong */
+    double *force, *slope, *place;                      /* 5, (5, 2), and the x and y to which they belong; of drift 2 */
     const int *serial;          /* of the time, with which it is summed once; NULL: at every evaluation */
     int seen;
 } diffraction;
 
 void diffract(void *context, double *values);
+void drift(void *context, double *values);
 
 /* To here. */
 

@@ -68,20 +68,32 @@ void recall(const void *context)
     }
 }
 
-/* Force of the diffracted waves where the body is, with its slope there: of many once a step, as the water's motion. */
+/* False if a sum of many components was taken at this time already: once a step, as the water's motion. */
+static bool stale(diffraction *D)
+{
+    if (D->serial && D->seen == *D->serial)
+        return false;
+    D->seen = D->serial ? *D->serial : 0;
+    return true;
+}
+
+static double complex component(const diffraction *D, int n)
+{
+    const double theta = D->kx[n] * D->position[0] + D->ky[n] * D->position[1] + D->phase[n];
+    return *D->scale * CMPLX(cos(theta), sin(theta));
+}
+
+/* Force of the diffracted waves where the body is, with its slope there. */
 void diffract(void *context, double *values)
 {
     (void)values;
     diffraction *D = context;
-    if (D->serial && D->seen == *D->serial)
+    if (!stale(D))
         return;
-    D->seen = D->serial ? *D->serial : 0;
-    const double x = D->position[0], y = D->position[1];
     for (int i = 0; i < FIVE; ++i)
         D->force[i] = D->slope[2 * i] = D->slope[2 * i + 1] = 0;
     for (int n = 0; n < D->count; ++n) {
-        const double theta = D->kx[n] * x + D->ky[n] * y + D->phase[n];
-        const double complex wave = *D->scale * CMPLX(cos(theta), sin(theta));
+        const double complex wave = component(D, n);
         for (int i = 0; i < FIVE; ++i) {
             const double complex part = at(D->transfer, FIVE * n + i) * wave;
             D->force[i] += creal(part);
@@ -89,6 +101,27 @@ void diffract(void *context, double *values)
             D->slope[2 * i + 1] -= D->ky[n] * cimag(part);
         }
     }
-    D->place[0] = x;
-    D->place[1] = y;
+    D->place[0] = D->position[0];
+    D->place[1] = D->position[1];
+}
+
+/* A slow force where the body is, of pairs of sums over the components: Re(conj(left) right), which has no part at sums
+   of frequencies.  transfer: left, right along x, right along y of each pair.  It changes over the length of groups. */
+void drift(void *context, double *values)
+{
+    (void)values;
+    enum {PAIRS = 6};
+    diffraction *D = context;
+    if (!stale(D))
+        return;
+    double complex sum[3 * PAIRS] = {0};
+    for (int n = 0; n < D->count; ++n) {
+        const double complex wave = component(D, n);
+        for (int i = 0; i < 3 * PAIRS; ++i)
+            sum[i] += at(D->transfer, 3 * PAIRS * n + i) * wave;
+    }
+    D->force[0] = D->force[1] = 0;
+    for (int i = 0; i < PAIRS; ++i)
+        for (int j = 0; j < 2; ++j)
+            D->force[j] += creal(conj(sum[3 * i]) * sum[3 * i + j + 1]);
 }

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..meshes import HullShape
-from ..scene.potential_flow import DIFFRACTED, DOFS, UNDISTURBED, WHOLE
+from ..scene.potential_flow import DIFFRACTED, DOFS, MEAN_DRIFT, UNDISTURBED, WHOLE
+from .far_field import quadratic_forms
 
 #: Panels around the axis of the coarse mesh; power of their size that errors go with, measured on a truncated cylinder.
 AROUND, POWER = 24, 1.6
@@ -27,7 +28,7 @@ STEP, STEPS = 0.05, 50
 #: Angle between pieces of the outline from which on there is an edge [deg].
 EDGE = 20.0
 #: The coefficients; what depends on the water alone is not among them.
-NAMES = ("added_mass", "radiation_damping", WHOLE, UNDISTURBED, DIFFRACTED)
+NAMES = ("added_mass", "radiation_damping", WHOLE, UNDISTURBED, DIFFRACTED, MEAN_DRIFT)
 
 
 @dataclass(frozen=True)
@@ -126,10 +127,32 @@ def _solved(cpt: Any, hull: Floating, body: Any) -> xr.Dataset:
     omega = math.sqrt(hull.gravity / hull.radius) * STEP * np.arange(1, STEPS + 1)
     water = {"water_depth": [hull.depth], "rho": [hull.density], "g": [hull.gravity]}
     cases = {"omega": [*omega, np.inf], "radiating_dof": list(DOFS), "wave_direction": [0.0], **water}
-    found: xr.Dataset = cpt.BEMSolver(method="direct").fill_dataset(
-        xr.Dataset(coords=cases), [body], progress_bar=False, _check_wavelength=False
-    )
+    problems = cpt.io.xarray.problems_from_dataset(xr.Dataset(coords=cases), [body])
+    solver = cpt.BEMSolver(method="direct", green_function=_green_function(cpt))
+    results = solver.solve_all(problems, keep_details=True, progress_bar=False, _check_wavelength=False)
+    found: xr.Dataset = cpt.assemble_dataset(results)
+    forms, none = quadratic_forms(results), np.full((4, 4), np.nan)
+    drift = np.array([forms.get(float(w), none) for w in found.omega.values], dtype=complex)
+    found[MEAN_DRIFT] = (("omega", "drift_row", "drift_column"), drift)
     return found
+
+
+def _green_function(cpt: Any) -> Any:
+    """Capytaine's, but for infinite frequency in finite depth, where its fit of exponentials is off by 1e-3.
+
+    There it is the images in the bed and the surface, 2/(1 + exp(2x)) = 2 sum (-1)^(n+1) exp(-2nx).
+    """
+
+    class Images(cpt.Delhommeau):  # type: ignore[misc]
+        def find_best_exponential_decomposition(self, kh: float, *, method: str | None = None) -> Any:
+            if kh < 1e5:
+                return super().find_best_exponential_decomposition(kh, method=method)
+            n = np.arange(1, 31)
+            sizes = 2.0 * (-1.0) ** (n + 1)
+            sizes[-1] *= 0.5  # the mean of both partial sums, right at x = 0
+            return np.stack([-2.0 * n, sizes])
+
+    return Images()
 
 
 def _body(cpt: Any, hull: Floating, around: int, finer: int) -> Any:

@@ -23,7 +23,7 @@ from .attachment import Attachment
 from .interface import Evolution, Model
 from .kinematics import on_cells
 from .numbers import Numbers
-from .radiation import Diffraction, Memory
+from .radiation import Diffraction, Memory, OfComponents, SlowDrift
 from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from .sea import SeaState
 from .varying import force_over_time, seed_of, varies, wind_over_time
@@ -121,9 +121,10 @@ class Buoy(Model):
         self.offset = self.offset_of(None)
         self._body_terms = self._called("body")
         own = {effect.name: c for effect, c in self._body_terms} if dynamic else {}
-        #: Memory of the waves that it has made, and the waves that it diffracts, where the scene gives coefficients.
+        #: Memory of the waves that it has made, and forces of those that come, where the scene gives coefficients.
         self.memory_of_waves = Memory(self, own[effects.MEMORY]) if effects.MEMORY in own else None
-        self.diffraction = Diffraction(self, own[effects.DIFFRACTION]) if effects.DIFFRACTION in own else None
+        kinds: dict[str, type[OfComponents]] = {effects.DIFFRACTION: Diffraction, effects.DRIFT: SlowDrift}
+        self.of_components = [kind(self, own[name]) for name, kind in kinds.items() if name in own]
         terms = [pair for where in ("strip", "face") for pair in self._called(where)]
         water = self.shape, self.sea, self.center, terms
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
@@ -160,7 +161,7 @@ class Buoy(Model):
         for effect in (e for e in effects.EFFECTS if e.name in self._beside):
             self._beside[effect.name].source[:] = effect.looks_at(self.section)
         self.sea.change(scene)
-        for part in (self.memory_of_waves, self.diffraction):
+        for part in (self.memory_of_waves, *self.of_components):
             if part is not None:
                 part.change()
 
@@ -254,14 +255,14 @@ class Buoy(Model):
     def follow_water(self, system: System) -> None:
         if self.hull is not None:
             self.hull.follow(system, self.state, self.fields)
-        if self.diffraction is not None:
-            self.diffraction.follow(system)
+        for force in self.of_components:
+            force.follow(system)
 
     def publish_points(self) -> None:
         if self.hull is not None:
             self.hull.place_points(self.state, self.fields)
-        if self.diffraction is not None:
-            self.diffraction.publish()
+        for force in self.of_components:
+            force.publish()
 
     # -- time -------------------------------------------------------------------------------------------------------
 

@@ -34,7 +34,7 @@ def _stop(value: float | None, otherwise: float) -> float:
 
 
 #: Effects whose numbers a step, or the place of a buoy, gives (`radiation`).
-MEMORY, DIFFRACTION = "radiation memory", "diffraction"
+MEMORY, DIFFRACTION, DRIFT = "radiation memory", "diffraction", "mean drift"
 
 
 def _of_potential_flow() -> list[Effect]:
@@ -49,7 +49,7 @@ def _of_potential_flow() -> list[Effect]:
             body=body,
             account=account,
             numbers=numbers,
-            brings=("buoy.memory_order",),
+            brings=("buoy.memory_order", "buoy.drift"),
         )
 
     at_once = {"": lambda scene, buoy: on_five(coefficients_of(scene, buoy).at_once)}
@@ -59,6 +59,15 @@ def _of_potential_flow() -> list[Effect]:
         one("added mass at infinite frequency", radiation.added_mass, "inertia", at_once),
         one(MEMORY, radiation.memory, "radiation", by_step),
         one(DIFFRACTION, radiation.diffraction, "inertia", by_place, "waves"),
+        Effect(
+            DRIFT,
+            "buoy.drift",
+            neutral=None,
+            needs=("sea", "waves"),
+            body=radiation.drift,
+            account="drift",
+            numbers={"force": lambda *_: np.zeros(2)},
+        ),
     ]
 
 

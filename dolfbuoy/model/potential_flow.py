@@ -85,14 +85,14 @@ def froude_krylov(scene: Scene, buoy: Buoy, draft: float, k: Array, narrow: bool
     the pressure on the water plane.
     """
     shape, h = shape_of(buoy), scene.sea.depth
-    zeta, R, length = _axis_points(shape, draft)
-    z, (area, first) = zeta - draft, _disks(k, R, narrow)
+    zeta, R, length = points_on_axis(shape, draft)
+    z, (area, first) = zeta - draft, disks(k, R, narrow)
     down, up = np.exp(np.outer(k, z)), np.exp(-np.outer(k, z + 2 * h))
     bottom = (1 + np.exp(-2 * k * h))[:, None]
     along, rise = -1j * k[:, None] * (down + up) / bottom * area, -k[:, None] * (down - up) / bottom
     lean = along * (zeta - mass_properties(buoy).height) - 1j * rise * first
     inside = np.stack([along @ length, lean @ length, (rise * area) @ length], axis=-1)
-    area, first = (x[:, 0] for x in _disks(k, np.array([shape.waterplane_radius(draft)]), narrow))
+    area, first = (x[:, 0] for x in disks(k, np.array([shape.waterplane_radius(draft)]), narrow))
     plane = np.stack([0 * area, -1j * first, area], axis=-1)
     return np.asarray(scene.sea.density * scene.gravity * (inside + plane))
 
@@ -102,7 +102,7 @@ def wavenumbers(scene: Scene, omega: Array) -> Array:
     return np.array([dispersion_wavenumber(2 * np.pi / w, scene.sea.depth, scene.gravity) for w in omega])
 
 
-def _disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
+def disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
     """Integrals of exp(i k x), and of x exp(i k x) over i, over disks (wavenumbers, radii)."""
     from scipy.special import j1, jn
 
@@ -112,7 +112,7 @@ def _disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
     return 2 * np.pi * R**2 * j1(kR) / kR, 2 * np.pi * R**3 * jn(2, kR) / kR
 
 
-def _axis_points(shape: Any, draft: float) -> tuple[Array, Array, Array]:
+def points_on_axis(shape: Any, draft: float) -> tuple[Array, Array, Array]:
     """Heights, radii and weights [m] of Gauss' points on the wet axis, in pieces that are short for the waves."""
     x, weights = np.polynomial.legendre.leggauss(6)
     found = []

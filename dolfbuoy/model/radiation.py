@@ -21,6 +21,7 @@ from ..solver.unknowns import array_of
 from ..solver.vector_ops import Work, work
 from . import Array
 from .airy import AirySum
+from .drift import of_components, transfer
 from .interface import Evolution
 from .potential_flow import diffraction_at, modes_of_five, states_of
 from .rigid import shape_of
@@ -82,28 +83,30 @@ class Memory(Evolution):
             array_of(constant)[:] = 0.0
 
 
-class Diffraction:
-    """Force of the waves' components that the hull diffracts, in C: of a sea once a step, with its slope, at the
-    predicted state; of a regular wave, or with `waves.kinematics` = "exact", before every evaluation.
+class OfComponents:
+    """A force that the waves' components make at the place of a buoy, in C: in a sea once a step, with its slope, at
+    the predicted state; in a regular wave, or with `waves.kinematics` = "exact", before every evaluation.
 
-    c: constants `force` (5), `slope` (5, 2) and `place` (2) of the forms.
+    c: constants `force` (n) of the forms, and `slope` (n, 2) and `place` (2) if that changes over a step.
     """
+
+    hook: str  #: function in C
 
     def __init__(self, buoy: "Buoy", c: Any) -> None:
         self.buoy, self.c, self._contexts, self._kept = buoy, c, [], []
         self._publish: Callable[[], Any] | None = None
         self.change()
 
+    def transfer(self, waves: AirySum, amplitude: Array) -> Array:
+        """Numbers of each component for C; amplitude (n, 1): of a sea [m], 1 in a regular wave."""
+        raise NotImplementedError
+
     def change(self) -> None:
         """Take the components of the buoy's scene."""
-        scene, sea = self.buoy.scene, self.buoy.sea
-        waves = AirySum.of(scene)
-        c, s = waves.cosine, waves.sine
-        surge, lean, heave = diffraction_at(scene, self.buoy.section, waves.in_water, waves.wavenumber).T
-        force = np.column_stack([surge * c, surge * s, heave, lean * c, lean * s])
-        force *= waves.amplitude[:, None] if sea.kinematics else 1.0
-        pairs = np.stack([force.real, force.imag], axis=-1)
-        self._kept = [np.ascontiguousarray(x) for x in (waves.wavenumber * c, waves.wavenumber * s, pairs)]
+        sea, waves = self.buoy.sea, AirySum.of(self.buoy.scene)
+        amplitude = waves.amplitude[:, None] if sea.kinematics else np.ones((len(waves.amplitude), 1))
+        k = (waves.wavenumber * waves.cosine, waves.wavenumber * waves.sine)
+        self._kept = [np.ascontiguousarray(x) for x in (*k, self.transfer(waves, amplitude))]
         self._kept += [sea.phases]
         for context, once in self._contexts:
             self._fill(context, once)
@@ -128,10 +131,34 @@ class Diffraction:
     def follow(self, system: System) -> None:
         """Before every evaluation of a System the sum is taken where its unknowns are."""
         system.filled_by_hook(*vars(self.c).values())
-        system.hooks.add("diffract", self._context(system.numbers_of, once=True))
+        system.hooks.add(self.hook, self._context(system.numbers_of, once=True))
 
     def publish(self) -> None:
         """Put it into the constants for the unknowns' Function: for forms that no System evaluates."""
         if self._publish is None:
-            self._publish = partial(core().lib.diffract, self._context(array_of), core().ffi.NULL)
+            self._publish = partial(getattr(core().lib, self.hook), self._context(array_of), core().ffi.NULL)
         self._publish()
+
+
+class Diffraction(OfComponents):
+    """Forces on the five velocities of the waves that the hull diffracts."""
+
+    hook = "diffract"
+
+    def transfer(self, waves: AirySum, amplitude: Array) -> Array:
+        c, s = waves.cosine, waves.sine
+        of_wave = diffraction_at(self.buoy.scene, self.buoy.section, waves.in_water, waves.wavenumber)
+        surge, lean, heave = of_wave.T
+        force = amplitude * np.column_stack([surge * c, surge * s, heave, lean * c, lean * s])
+        return np.stack([force.real, force.imag], axis=-1)
+
+
+class SlowDrift(OfComponents):
+    """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`drift`)."""
+
+    hook = "drift"
+
+    def transfer(self, waves: AirySum, amplitude: Array) -> Array:
+        pairs = transfer(of_components(self.buoy.scene, self.buoy.section), waves.cosine, waves.sine)
+        pairs = amplitude[:, :, None] * pairs
+        return np.stack([pairs.real, pairs.imag], axis=-1)

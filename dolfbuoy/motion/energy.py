@@ -31,10 +31,10 @@ class Meter:
     declaration names.  drag: f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water
     does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull, and of lines and bodies where the water ends
     at the surface (elsewhere it is in their weight).  damping: what stays in the material of the cable, and what
-    radiated waves take.  bed: what the dampers of the sea bed take (its springs are elastic).  friction: of the bed.
-    outer: wind, external force, rotational damping.  take_off: what power take-offs absorb, never positive.  top: of
-    ends and buoys that are moved.  winch: what winches feed into lines.  loads: of what a caller puts on buoys, joints
-    and ends, as numbers or by functions (`coupling`).
+    radiated waves take.  drift: of mean drift.  bed: what the dampers of the sea bed take (its springs are elastic).
+    friction: of the bed.  outer: wind, external force, rotational damping.  take_off: what power take-offs absorb,
+    never positive.  top: of ends and buoys that are moved.  winch: what winches feed into lines.  loads: of what a
+    caller puts on buoys, joints and ends, as numbers or by functions (`coupling`).
     """
 
     def __init__(self, simulation):

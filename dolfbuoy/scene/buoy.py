@@ -158,6 +158,10 @@ class Buoy(Section):
     memory_order: Annotated[int, Field(ge=2, le=20)] | None = key(
         "states of the radiation memory of heave, and of a vertical plane; absent: by its error", "1", default=None
     )
+    drift: Literal["newman"] | None = key(
+        "mean drift of waves, in a sea by Newman's approximation; absent: what strips have of it",
+        default=None,
+    )
     rotational_damping: q.Damping = key("linear damping of spin about the axis", "N m s", default=0.0)
     name: q.Name | None = key("name of the buoy; required if there are several", default=None)
     wind: Wind | None = None
@@ -195,7 +199,10 @@ class Buoy(Section):
         if self.potential_flow is not None:
             self.refuse(HAS_THEM, "goes without potential_flow, which has it: it would count twice")
         else:
-            self.refuse(["memory_order"], "goes with potential_flow only")
+            self.refuse(["memory_order", "drift"], "goes with potential_flow only")
+        if self.drift is not None and self.potential_flow is not None and self.potential_flow.mean_drift is None:
+            allowed = "needs potential_flow.mean_drift, which the file of `dolfbuoy potential` has"
+            raise Wrong("drift", self.drift, allowed)
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
             name = "inertia" if self.inertia is None else "center_of_mass"
             raise Missing(name, "a buoy without hull needs inertia and center_of_mass")

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 DOFS = ("Surge", "Heave", "Pitch")
 WHOLE, UNDISTURBED, DIFFRACTED = "excitation_force", "Froude_Krylov_force", "diffraction_force"
+#: Of (1, surge, heave, pitch), which `formats.far_field` makes.
+MEAN_DRIFT = "mean_drift"
 #: Fewest frequencies of which a memory can be made; part of the largest damping that one below zero may have.
 FEWEST, BELOW_ZERO = 12, 0.05
 #: Part of the damping of surge, turned into another motion by their added masses, that counts as none.
@@ -29,6 +31,7 @@ ROUNDING = 1e-4
 _size = Annotated[float, Field(ge=-1e15, le=1e15)]
 Motions = Annotated[tuple[_size, _size, _size, _size], BeforeValidator(q.finite_numbers(4))]
 Forces = Annotated[tuple[_size, _size, _size, _size, _size, _size], BeforeValidator(q.finite_numbers(6))]
+Hermitian = Annotated[tuple[_size, ...], Field(min_length=16, max_length=16), BeforeValidator(q.finite_numbers(16))]
 _many = Field(min_length=FEWEST, max_length=1000)
 
 
@@ -57,6 +60,11 @@ class PotentialFlow(Section):
     froude_krylov: Annotated[list[Forces], _many] | None = key(
         "its part from the undisturbed wave; absent: that of the hull", "N/m, N/m, N", default=None
     )
+    mean_drift: Annotated[list[Hermitian], _many] | None = key(
+        "force of mean drift, a form in (1, surge, heave, pitch): re 4 x 4 above the diagonal, im below",
+        "Pa, N/m, N",
+        default=None,
+    )
     height: q.Height = key("height of the point above still water", "m")
     draft: q.Length | None = key("draft of the hull; absent: as the buoy floats without lines", "m", default=None)
     depth: q.Length | None = key("water depth of the coefficients; absent: deep water", "m", default=None)
@@ -64,7 +72,7 @@ class PotentialFlow(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        for name in ("added_mass", "damping", "excitation", "froude_krylov"):
+        for name in ("added_mass", "damping", "excitation", "froude_krylov", MEAN_DRIFT):
             rows = getattr(self, name)
             if rows is not None and len(rows) != len(self.omega):
                 raise Wrong(name, "...", f"must hold a row for each of the {len(self.omega)} frequencies")
@@ -130,9 +138,11 @@ def coefficients(data: "xr.Dataset") -> tuple[Any, ...]:
 
 def _complex(array: "xr.DataArray") -> "xr.DataArray":
     """re + i im of what is stored along `complex`, in the order omega, wave_direction, influenced_dof."""
-    if "complex" in array.dims:
-        array = array.isel(complex=0) + 1j * array.isel(complex=1)
-    return array.transpose("omega", "wave_direction", "influenced_dof")
+    return _merged(array).transpose("omega", "wave_direction", "influenced_dof")
+
+
+def _merged(array: "xr.DataArray") -> "xr.DataArray":
+    return array.isel(complex=0) + 1j * array.isel(complex=1) if "complex" in array.dims else array
 
 
 def _places(data: "xr.Dataset", dimension: str) -> list[int]:
@@ -166,6 +176,7 @@ def _read(data: "xr.Dataset") -> dict[str, Any]:
         "damping": _four(damping[finite]),
         "excitation": _six(whole[finite]),
         "froude_krylov": undisturbed if undisturbed is None else _six(undisturbed[finite]),
+        MEAN_DRIFT: _sixteen(data)[finite] if MEAN_DRIFT in data else None,
         "height": center[2],
         "draft": data.attrs.get("draft"),
         "depth": depth if np.isfinite(depth) else None,
@@ -191,3 +202,22 @@ def _six(force: Any) -> Any:
     import numpy as np
 
     return np.stack([force.real, force.imag], axis=-1).reshape(len(force), 6)
+
+
+def _sixteen(data: "xr.Dataset") -> Any:
+    """Hermitian 4 x 4 of the mean drift: real parts on and above the diagonal, imaginary parts of these below."""
+    import numpy as np
+
+    form = _merged(data[MEAN_DRIFT]).transpose("omega", "drift_row", "drift_column").values
+    if form.shape[1:] != (4, 4):
+        raise ValueError(f"its {MEAN_DRIFT} must be 4 x 4")
+    return (np.triu(form.real) + np.tril(form.imag.swapaxes(1, 2), -1)).reshape(-1, 16)
+
+
+def hermitian(rows: Any) -> Any:
+    """Complex (n, 4, 4) of rows of `mean_drift`."""
+    import numpy as np
+
+    numbers = np.array(rows).reshape(-1, 4, 4)
+    above = np.triu(numbers) + 1j * np.tril(numbers, -1).swapaxes(1, 2)
+    return above + np.triu(above, 1).conj().swapaxes(1, 2)

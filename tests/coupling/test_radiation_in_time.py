@@ -96,7 +96,7 @@ def test_energy_balances(waves):
     defects, taken = [], 0.0
     for step in (0.04, 0.02):
         scene = merged(CYLINDER, waves=waves, time__step=step, time__scheme="bdf2", time__end=4.0)
-        scene = merged(scene, buoy__initial=START)
+        scene = merged(scene, buoy__initial=START, buoy__drift="newman" if waves else None)
         with running(scene) as simulation:
             meter, energy, power, t = Meter(simulation), [], [], []
             for _ in simulation.run():

@@ -12,6 +12,7 @@ from every_key import changed, shows
 
 from dolfbuoy import load_scene, modes, simulate, solve_static
 from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.model.drift import of_components
 from dolfbuoy.model.potential_flow import coefficients_of, states_of
 from dolfbuoy.scene.potential_flow import PotentialFlow
 
@@ -234,6 +235,7 @@ FLOW = {
     "damping": np.outer(_WAVY, [1.0, 1.0, 0.1, 0.0]).tolist(),
     "excitation": np.outer(np.exp(-W), [0.0, -9e3, 3e4, 0.0, 0.0, -900.0]).tolist(),
     "froude_krylov": np.outer(np.exp(-W), [0.0, -5e3, 3e4, 1e3, 0.0, -900.0]).tolist(),
+    "mean_drift": np.outer(W, [4e3, *[0.0] * 15]).tolist(),
     "height": 0.1,
     "draft": 0.9,
 }
@@ -250,7 +252,17 @@ def times(key, factor):
     return (np.array(FLOW[key]) * factor).tolist()
 
 
-@shows(*(f"buoy.potential_flow.{name}" for name in PotentialFlow.model_fields))
+@shows("buoy.drift", "buoy.potential_flow.mean_drift")
+def test_drift_of_the_file():
+    """A force for the motions as they are alone: twice as large in twice as strong a far field."""
+    waves = {"waves": {"amplitude": 0.1, "period": 3.0}, "buoy.drift": "newman"}
+    for factor in (1.0, 2.0):
+        scene = load_scene(changed(FLOWING, {**waves, "buoy.potential_flow.mean_drift": times("mean_drift", factor)}))
+        drift = of_components(scene, scene.buoys[0])
+        assert drift.whole[0] == pytest.approx(factor * 4e3 * 2 * math.pi / 3, rel=1e-6)
+
+
+@shows(*(f"buoy.potential_flow.{name}" for name in PotentialFlow.model_fields if name != "mean_drift"))
 @pytest.mark.parametrize(
     ("name", "changes", "factor"),
     [
@@ -300,6 +312,12 @@ def test_states_of_the_memory():
         ({"buoy.rotational_added_mass": 0.5}, "buoy.rotational_added_mass = 0.5: goes without"),
         ({"buoy.wave_damping": [1.0, 0.0]}, "buoy.wave_damping = .*: goes without"),
         ({"buoy.potential_flow": None, "buoy.memory_order": 4}, "buoy.memory_order = 4: goes with potential_flow"),
+        ({"buoy.potential_flow": None, "buoy.drift": "newman"}, "buoy.drift = 'newman': goes with potential_flow"),
+        (
+            {"buoy.potential_flow.mean_drift": None, "buoy.drift": "newman"},
+            "buoy.drift = 'newman': needs potential_flow.mean_drift, which the file of `dolfbuoy potential` has",
+        ),
+        ({"buoy.drift": "pinkster"}, "buoy.drift = 'pinkster': "),
         ({"buoy.potential_flow.damping": times("damping", -1.0)}, "damping = .*must not be below 0"),
         ({"buoy.potential_flow.omega": W[::-1].tolist()}, "omega.*must rise"),
         ({"buoy.potential_flow.damping": FLOW["damping"][:-1]}, "damping = .*a row for each of the 39"),

@@ -62,6 +62,7 @@ SCENES = {
         time=TIME,
         **dict.fromkeys((f"buoy__{name}" for name in HAS_THEM), None),
         buoy__potential_flow=str(REFERENCE / "truncated_cylinder.nc"),
+        buoy__drift="newman",
     ),
     "steep wave": merged(MOORED, cable__elements=6, waves=None, time=TIME)
     | {"waves": {"theory": "stream", "height": 2.0, "period": 5.0, "ramp": 0.2}},

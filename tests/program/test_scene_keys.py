@@ -13,6 +13,7 @@ from dolfbuoy.scene import Scene, build_scene, list_keys, load_scene, shipped_sc
 
 KEYS = list_keys()
 UNITS = {
+    "Pa",
     "1",
     "N",
     "N m s",

@@ -123,7 +123,7 @@ LEFT_ALONE = {
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
 OF_NETWORKS = re.compile(
     r"joint\.|vessel\.|take_off\.|material\.|cable\.(name|from|to|from_end|to_end|material|segments|fails_at|winch)\b|cable\.top\.(motion|velocity)"
-    r"|buoy\.(name|fairleads|wind|external_force|initial|potential_flow)\b"
+    r"|buoy\.(name|fairleads|wind|external_force|initial|potential_flow|drift)\b"
     r"|(current|wind|external_force)\.over_time|current\.grid|sea\.tide|wind\.(gusts|turbulence|seed|ramp)\b"
 )
 

@@ -53,6 +53,7 @@ def test_every_effect_can_be_left_out():
     elsewhere = (
         "take_off.",
         "buoy.potential_flow",
+        "buoy.drift",
         "cable.winch",
         "cable.tangential_added_mass",
         "cable.bending_damping",

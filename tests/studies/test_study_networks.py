@@ -140,7 +140,8 @@ GO_WITH = {"waves": {"cable tangential Froude-Krylov", "disk averages", "wave sp
 
 
 #: What no line or buoy of that scene has, and tests of their own leave out.
-ELSEWHERE = ("take_off.", "buoy.potential_flow", "cable.winch", "cable.tangential_added_mass", "cable.bending_damping")
+ELSEWHERE = ("take_off.", "buoy.potential_flow", "buoy.drift", "cable.winch", "cable.tangential_added_mass")
+ELSEWHERE += ("cable.bending_damping",)
 REMOVABLE = [e.name for e in declared.EFFECTS if e.removable and not e.key.startswith(ELSEWHERE)]
 
 
