@@ -210,7 +210,7 @@ def numbers_of(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
     if value is None:
         return None
     try:
-        found = [float(x) for x in value]
+        found = [*map(float, value)]
     except (TypeError, ValueError):
         found = []
     if len(found) != count or (not math.hypot(*found) <= most and not all(abs(x) <= most for x in found)):

@@ -131,7 +131,14 @@ def held(ends: list[tuple[Array, Any]], time: Array, u: Array) -> list[Callable]
         if isinstance(motion, Swing):
             moved.append(work("advance_swing", "swing", {"t": time, **asdict(motion), "out": place}))
         elif callable(motion):
-            moved.append(lambda place=place, motion=motion: place.__setitem__(slice(None), motion(time.item())))
+            moved.append(_moving(place, motion, time.item))
         else:
             place[:] = motion
     return [*moved, copies([(u[dof:][:1], x) for dof, x in zip(dofs, places.reshape(-1, 1), strict=True)])]
+
+
+def _moving(place: Array, motion: Callable[[float], Any], now: Callable[[], float]) -> Callable[[], None]:
+    def move() -> None:
+        place[:] = motion(now())
+
+    return move

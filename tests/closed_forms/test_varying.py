@@ -155,6 +155,12 @@ def test_files_are_the_rows_in_them(tmp_path):
     assert scene.external_force.over_time == [(0.0, 1.0, 2.0, 3.0), (5.0, 4.0, 5.0, 6.0)]
     np.testing.assert_allclose(velocity_at(scene, 1800.0, [[0.0, 0.0, -5.0]]), [[0.3, 0.0, 0.0]])
     assert load_scene(scene.to_dict()) == scene
+    rows = [
+        f"{t}, {z}, {x}, 0" for t, of in zip((0, 3600), u, strict=True) for z, x in zip((0, -10, -20), of, strict=True)
+    ]
+    (tmp_path / "stream.csv").write_text("\n".join(["t, z, u, v", *rows]))
+    (tmp_path / "other.toml").write_text((tmp_path / "scene.toml").read_text().replace("stream.nc", "stream.csv"))
+    assert load_scene(tmp_path / "other.toml").current == scene.current
 
 
 @pytest.mark.parametrize(
