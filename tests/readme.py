@@ -26,6 +26,7 @@ FOLDERS = {
     "program": "what a user reads, writes and sees",
     "studies": "what the studies say",
     "verification": "scripts that verify the program, and what their tables say",
+    "recorded": "what commands print, draw and write, against what they did",
     "robustness": "hard and random scenes, endings of several ranks, wrong changes of the program",
 }
 

@@ -295,8 +295,8 @@ def _on_bed(problem: Problem, report: "Report") -> None:
             slip = f"once it has slipped by {stick_length(scene):.3g} m; seabed.start = 'pulled' has it at rest"
             name = f"equilibrium: tension that friction could carry{of}"
             report.add(name, min(most, max(T, 0.0)), "N", slip)
-        _touchdown_elements(problem, about, k, lies.s, T / abs(lines.weight_of(k)))
-        c = piece.section
+        c, w = piece.section, abs(lines.weight_of(k))
+        _touchdown_elements(problem, about, k, lies.s, max(T / w, 2 * np.cbrt((c.bending_stiffness or 0.0) / w)))
         undamped = scene.time and not c.damping and np.isfinite(c.axial_stiffness)
         about.warn(undamped and c.slack != "tension-only", f"The cable has {PULSES}")
     for position, depth in below.items():
@@ -307,7 +307,9 @@ def _on_bed(problem: Problem, report: "Report") -> None:
 
 
 def _touchdown_elements(problem: Problem, report: "Report", piece: int, s: float, radius: float) -> None:
-    """The touchdown is a jump of curvature that no degree resolves: elements there must be short against T/w."""
+    """The touchdown is a jump of curvature that no degree resolves: elements there must be short against T/w, and of a
+    line that bends against (EI/w)^1/3, over which its own stiffness spreads the jump.
+    """
     lines = problem.lines
     begins, ends = (lines.cell_ends - lines.begins[piece]).T
     here = (lines.line_of_cell == piece) & (begins <= s) & (s <= ends)

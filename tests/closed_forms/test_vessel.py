@@ -13,7 +13,7 @@ from every_key import shows
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from dolfbuoy import InputError, Session, figures, load_scene, simulate, solve_static
+from dolfbuoy import InputError, Session, figures, load_scene, modes, simulate, solve_static
 from dolfbuoy.model.prescribed_ends import direction_of, motion_of
 from dolfbuoy.model.riding import rider_of
 from dolfbuoy.page.run_page import data_of
@@ -348,3 +348,14 @@ def test_a_drift_is_added_to_the_waves():
 def test_operators_that_mean_nothing_are_refused(scene, sentence):
     with pytest.raises(InputError, match=re.escape(sentence)):
         load_scene(scene)
+
+
+def test_without_waves_it_is_at_rest():
+    """`modes` and `check` take the waves away: its lines, one out of the water, end where they do without operators."""
+    waves = {"amplitude": 0.5, "period": 8.0}
+    points = {"bow": [5.0, 1.0, 1.5], "stern": [-5.0, 0.0, -0.5]}
+    calm, ours = changed(motion=None, fairleads=points), riding(waves, fairleads=points)
+    for scene in (calm, ours):
+        scene["sea"] = {"depth": 30.0}
+    found, known = (modes(load_scene(scene), number=3).period.values for scene in (ours, calm))
+    np.testing.assert_allclose(found, known, rtol=1e-9)

@@ -1,0 +1,180 @@
+"""What a command leaves behind as lines of text: words as they stand, arrays by five numbers each."""
+
+import base64
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_hex
+
+#: What differs from run to run, and what stands in its place.
+FLEETING = [
+    (re.compile(r"\d{4}-\d\d-\d\d(?:[ T]\d\d:\d\d(?::\d\d)?)?"), "DATE"),
+    (re.compile(r"\b\d+(?:\.\d+)?(?:e-?\d+)? (?:s|ms) (?:of CPU time|CPU|by the clock)"), "TIME"),
+    (re.compile(r"dolfinx \d\S*|PETSc \d\S*|numpy \d\S*|Python \d\S*"), "VERSION"),
+    (re.compile(r"^\s*(?:wall time|speed|time) [│|].*$|^t = .*real time.*$", re.M), ""),
+    (re.compile(r"^.*(?:wall time|>speed<| x real time|>time<).*$", re.M), ""),
+    (re.compile(r"\btook [\d.]+ s\b"), "took TIME"),
+    (re.compile(r"[─━═┏┓┗┛┡┩└┘┳┻╇┴┬├┤┼╞╡╪╭╮╰╯]+"), ""),
+]
+#: Attributes and variables of a record that a clock or a machine gives.
+CLOCKED = re.compile(r"wall|cpu|^seconds|history|date|version|machine|uuid|created")
+
+
+def of_text(text: str, folder: Path) -> list[str]:
+    """Lines of a text without paths, clocks, frames of tables and runs of spaces."""
+    text = text.replace(str(folder), "FOLDER")
+    for pattern, word in FLEETING:
+        text = pattern.sub(word, text)
+    lines = (re.sub(r"[ \t]+", " ", re.sub(r"[│┃]", "|", line)).strip() for line in text.splitlines())
+    return [line for line in lines if line]
+
+
+def of_array(values) -> str:
+    """Shape; least, largest and mean value and two weighted means, to six digits (of texts: the texts)."""
+    values = np.asarray(values)
+    if values.dtype.kind not in "fiubc":
+        return " ".join(str(x) for x in values.ravel()[:60])
+    x = values.astype(float).ravel()
+    known = x[np.isfinite(x)]
+    shape = "x".join(map(str, values.shape)) or "1"
+    if not known.size:
+        return f"[{shape}] nothing finite of {x.size}"
+    if x.size == 1:
+        return f"[1] ~ {known[0]:.5e}"
+    k = np.arange(x.size)[np.isfinite(x)]
+    weighted = [np.mean(np.cos(rate * (k + 1)) * known) for rate in (2.399963, 0.37)]
+    numbers = [known.min(), known.max(), known.mean(), *weighted]
+    missing = f" but {x.size - known.size}" if x.size > known.size else ""
+    return f"[{shape}]{missing} ~ " + " ".join(f"{number:.5e}" for number in numbers)
+
+
+def of_record(path: Path) -> list[str]:
+    """Variables of a netCDF file with dimensions, attributes and values."""
+    with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
+        names = [name for name in sorted(data.attrs) if not CLOCKED.search(name)]
+        lines = [f"attribute {name} = {_short(data.attrs[name])}" for name in names]
+        for name in sorted(map(str, data.variables)):
+            if CLOCKED.search(name):
+                continue
+            variable = data[name]
+            kept = {key: variable.attrs[key] for key in sorted(variable.attrs)}
+            told = "; ".join(f"{key}: {_short(value)}" for key, value in kept.items())
+            lines.append(f"{name}({', '.join(map(str, variable.dims))}) {told} = {of_array(variable.values)}")
+    return lines
+
+
+def _short(value) -> str:
+    """A number or text of an attribute on one line."""
+    return re.sub(r"\s+", " ", str(value))[:300]
+
+
+def of_figure(figure) -> list[str]:
+    """Panels with their words, scales, curves, areas, bars and legends."""
+    lines = [f"figure {figure.get_size_inches()[0]:.2f} x {figure.get_size_inches()[1]:.2f}"]
+    lines += [f"text {t.get_text()!r}" for t in figure.texts if t.get_text()]
+    for axes in figure.axes:
+        words = [axes.get_title(), axes.get_title("left"), axes.get_xlabel(), axes.get_ylabel()]
+        lines.append(f"panel {' | '.join(words)} {axes.get_xscale()} {axes.get_yscale()}")
+        limits = [*axes.get_xlim(), *axes.get_ylim()]
+        lines.append("limits ~ " + " ".join(f"{x:.5e}" for x in limits))
+        for line in axes.lines:
+            style = f"{to_hex(line.get_color())} {line.get_linestyle()} {line.get_marker()} {line.get_linewidth():.3g}"
+            label = line.get_label() if not str(line.get_label()).startswith("_") else ""
+            lines.append(f"line {label} {style} x {of_array(line.get_xdata(orig=False))}")
+            lines.append(f"y {of_array(line.get_ydata(orig=False))}")
+        for patch in axes.patches:
+            lines.append(f"patch {to_hex(patch.get_facecolor())} {of_array(patch.get_path().vertices)}")
+            place = patch.get_patch_transform().get_matrix()
+            lines += [f"at {of_array(place)}"] if np.any(place != np.eye(3)) else []
+        for collection in axes.collections:
+            colours = [to_hex(c) for c in collection.get_facecolor()[:6]]
+            lines.append(f"{type(collection).__name__} {' '.join(colours)}")
+            paths = [path.vertices for path in collection.get_paths()]
+            lines += [f"vertices {of_array(np.concatenate(paths))}"] if paths else []
+            offsets = np.ma.getdata(collection.get_offsets())
+            lines += [f"offsets {of_array(offsets)}"] if np.any(offsets) else []
+            values = collection.get_array()
+            lines += [f"values {of_array(np.ma.filled(values, np.nan))}"] if values is not None else []
+        lines += [f"image {of_array(np.ma.filled(image.get_array(), np.nan))}" for image in axes.images]
+        for text in axes.texts:
+            lines.append(f"text {text.get_text()!r} ~ {text.xy[0] if hasattr(text, 'xy') else text.get_position()[0]}")
+        if axes.get_legend():
+            lines.append("legend " + " | ".join(t.get_text() for t in axes.get_legend().get_texts()))
+    return lines
+
+
+def of_page(path: Path, folder: Path) -> list[str]:
+    """Words of an HTML file, and the data that its scripts draw; scripts and styles themselves are not data."""
+    html = path.read_text()
+    data = re.search(r'<script id="data"[^>]*>(.*?)</script>', html, re.S)
+    words = re.sub(r"<(script|style)[^>]*>.*?</\1>", "\n", html, flags=re.S)
+    words = re.sub(r'"data:[^"]*"', '"DATA"', words)
+    lines = of_text(re.sub(r"(</?(?:p|tr|h\d|li|table|section|figure|div|path|g|text)\b)", r"\n\1", words), folder)
+    return lines + (list(_of_json(json.loads(data[1]), "data")) if data else [])
+
+
+def _of_json(value, name):
+    """A line for every leaf of the data of a page."""
+    if isinstance(value, dict) and {"type", "data"} <= set(value) and isinstance(value["data"], str):
+        array = np.frombuffer(base64.b64decode(value["data"]), dtype="<" + value["type"])
+        yield f"{name} {value.get('shape', '')} {of_array(array)}"
+    elif isinstance(value, dict):
+        for key in value:
+            if not CLOCKED.search(key):
+                yield from _of_json(value[key], f"{name}.{key}")
+    elif isinstance(value, list) and value and all(type(x) in (int, float) for x in value):
+        yield f"{name} {of_array(value)}"
+    elif isinstance(value, list):
+        for k, x in enumerate(value):
+            yield from _of_json(x, f"{name}[{k}]")
+    elif isinstance(value, float):
+        yield f"{name} {of_array(value)}"
+    else:
+        yield f"{name} {_short(value)}"
+
+
+def of_file(path: Path, folder: Path) -> list[str]:
+    """Lines of a file by its kind; nothing of pictures, which are known by their figures, and of checkpoints."""
+    if path.name in ("schema.json", ".dolfbuoy.json"):  # the one is in the package, the other names times
+        return []
+    if path.suffix == ".nc":
+        return of_record(path)
+    if path.suffix == ".html":
+        return of_page(path, folder)
+    if path.suffix in (".toml", ".txt", ".csv", ".dat", ".md", ".json", ".xml", ".xdmf", ".pvd"):
+        return of_text(path.read_text(), folder)
+    return []
+
+
+#: A number in a text.
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\d)", re.I)
+
+
+def difference(recorded: str, found: str, exact: bool = True) -> str | None:
+    """What two lines differ in; None if in no more than rounding.
+
+    A number of several behind "~" may differ by 2e-5 of the largest of them; one in a text by a unit of its last digit
+    (an integer: by nothing, unless not `exact`).
+    """
+    if recorded == found:
+        return None
+    if NUMBER.sub("#", recorded) != NUMBER.sub("#", found):
+        return "other words"
+    words, _, array = recorded.partition("~")
+    behind, largest = len(NUMBER.findall(words)), max((abs(float(x)) for x in NUMBER.findall(array)), default=0.0)
+    for k, (a, b) in enumerate(zip(NUMBER.findall(recorded), NUMBER.findall(found), strict=True)):
+        allowed = 2e-5 * largest + 1e-12 if k >= behind else max(_unit(a, exact), _unit(b, exact))
+        if abs(float(a) - float(b)) > 1.001 * allowed:
+            return f"{a} was recorded, {b} is found"
+    return None
+
+
+def _unit(text: str, exact: bool) -> float:
+    """Unit of the last digit of a number."""
+    digits, _, exponent = text.lower().partition("e")
+    if "." not in digits and not exponent:
+        return 0.0 if exact else 1.0
+    return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
