@@ -9,8 +9,9 @@ import numpy as np
 from .elsewhere import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
-from .linear.natural import lowest_modes
+from .linear.natural import lowest_modes, slack_in
 from .linear.on_vessels import on_vessels, refuse_directions
+from .linear.periods import modes_of_buoys
 from .linear.seaway import Seaway
 from .linear.spectrum import bins_of, check_periods, irregular_waves
 from .linear.stiffness import restoring
@@ -42,7 +43,8 @@ def modes(
 
     number: of modes, a pair of conjugates once, MOST_MODES at most; fewer if there are not as many.  out: folder for
     modes.nc.  direction_deg: of surge and roll, from x.  oscillating: only modes that have a period.  Returns
-    eigenvalues, damping, names and shapes (complete on rank 0).  Raises InputError for an impossible scene, or for a
+    eigenvalues, damping, names and shapes (complete on rank 0); beside a line that is slack only those of buoys, which
+    `notes` says (on one rank).  Raises InputError for an impossible scene, or for a
     state with a line that is slack or kinked; SolveError if the equilibrium or the modes are not found.
     """
     if not 1 <= number <= MOST_MODES:
@@ -51,14 +53,18 @@ def modes(
     folders.make_ready(out, "modes", scene, comm)
     found = linearise(scene, comm)
     try:
-        count, chosen = number, lowest_modes(found, number, direction_deg)
-        while oscillating and len([m for m in chosen if m.kind == "oscillates"]) < number:
+        slack = slack_in(found) if comm.size == 1 and found.bodies else None
+        of_buoys = modes_of_buoys(found, direction_deg) if slack else None
+        count, chosen = number, of_buoys or lowest_modes(found, number, direction_deg)
+        while oscillating and not of_buoys and len([m for m in chosen if m.kind == "oscillates"]) < number:
             count *= 2
             if len(chosen) < count // 2 or count > MOST_MODES:
                 break
             chosen = lowest_modes(found, count, direction_deg)
         modes = [mode for mode in chosen if not oscillating or mode.kind == "oscillates"][:number]
         dataset = dataset_of_modes(found, modes)
+        if of_buoys:
+            dataset.attrs["notes"] = f"{slack}; these are the modes of buoys, which the taut part and the bed hold."
     finally:
         found.destroy()
     if out is not None:

@@ -2,12 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError
 from ..parallel.ranks import rank
+from ..results.tables import show, unit_of
 from ..writing import refuse_present, write_text
 from .app import app
 from .shared import OverwriteOption, SceneArgument, SetOption, err, folder_of, load, number, out_option, say
@@ -93,7 +94,6 @@ def compare(
 ) -> None:
     """A scene run by dolfbuoy and by MoorDyn, side by side.  Example: dolfbuoy compare moordyn bridle --t-end 30"""
     from ..results.style import files_of
-    from ..results.tables import show
     from ..studies import peer
 
     loaded, folder = _of_lines(kind, scene, assign), folder_of(scene, folder, "moordyn")
@@ -104,11 +104,18 @@ def compare(
         return
     for note in found.notes:
         err.print(f"MoorDyn: {note}", soft_wrap=True, markup=False, highlight=False)
-    rows = [row | {"percent": 100 * row["relative"]} for row in found.rows]
+    rows = [_in_its_unit(row) | {"percent": 100 * row["relative"]} for row in found.rows]
     show("Second half of both runs", rows, COLUMNS)
     write_text(folder / "comparison.json", json.dumps({"rows": found.rows, "notes": found.notes}, indent=1) + "\n")
     peer.draw(found, folder)
     say(f"comparison.json and its figure in {folder}")
+
+
+def _in_its_unit(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of a comparison with forces in the unit of their size."""
+    unit, factor = unit_of([row[name] for name in ("mean", "least", "largest")], row["unit"])
+    sizes = (*(f"{name}{ending}" for name in ("mean", "least", "largest") for ending in ("", "_moordyn")), "bar")
+    return row | {"unit": unit} | {name: factor * row[name] for name in sizes if row[name] is not None}
 
 
 def _of_lines(kind: str, scene: str, assignments: list[str] | None) -> "Scene":

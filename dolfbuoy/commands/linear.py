@@ -52,7 +52,7 @@ def modes(
         rows.append([str(i + 1), mode.name.item(), *numbers, f"{mode.residual.item():.0e}", KINDS[mode.kind.item()]])
     headings = ("", "what moves", "period [s]", "omega [rad/s]", "damping ratio", "residual", "")
     cli.print_table(f"Modes of {loaded.title or scene}, {folder / 'modes.nc'}", headings, rows)
-    cli.say(*on_friction(loaded))
+    cli.say(*on_friction(loaded), *filter(None, [found.attrs.get("notes", "")]))
     if plot:
         cli.say(f"{len(draw_modes(folder, found, loaded, paraview, direction, svg))} files in {folder}")
         cli.page_of("modes.nc", folder)

@@ -185,9 +185,15 @@ def _numbers(series: list[Series], title: str) -> Shown:
         skewness, period = (float(mine[f"{name}_{part}"].mean()) for part in ("skewness", "period"))
         has_peaks = f"{name}_peak" in mine
         peaks = f"{int((mine[f'{name}_peak_set'].values == int(mine.set)).sum()):g}" if has_peaks else ""
-        row = [f"{mean:.4g}", f"{deviation:.4g}", f"{skewness:.2f}", f"{low:.4g}", f"{high:.4g}"]
+        row = [
+            f"{mean:.4g}",
+            f"{deviation:.4g}",
+            f"{skewness:.2f}" if np.isfinite(skewness) else "-",
+            f"{low:.4g}",
+            f"{high:.4g}",
+        ]
         lasting = mine[f"{name}_{LASTS}"].values.max() if f"{name}_{LASTS}" in mine else np.nan
-        row += [f"{factor * lasting:.4g}" if np.isfinite(lasting) else "", f"{period:.4g}"]
+        row += [f"{factor * lasting:.4g}" if np.isfinite(lasting) else "", _or_dash(period)]
         rows.append([label.replace("_", " "), unit, *row, peaks])
     names = ["series", "unit", "mean", "deviation", "skewness", "minimum", "maximum", f"for {LASTING:g} s"]
     return title, [*names, "period [s]", "peaks"], rows

@@ -74,7 +74,7 @@ def lowest_modes(
     moving = Moving(found, direction_deg)
     drifting = _drifting(moving, quaternions.as_they_were(pairs.at_zero()))
     unheld = pairs.residuals_at_zero(quaternions.exchanged(drifting))
-    modes = [_mode(moving, 0j, x, residual) for x, residual in zip(drifting.T, unheld, strict=True)]
+    modes = [mode_of(moving, 0j, x, residual) for x, residual in zip(drifting.T, unheld, strict=True)]
     shown = np.flatnonzero(~pairs.zero)
     roots, vectors = pairs.roots[shown], quaternions.as_they_were(pairs.vectors[:, shown])
     apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
@@ -83,7 +83,7 @@ def lowest_modes(
     radiated = Radiated(found)
     for root, x, residual in zip(roots, vectors.T, pairs.residuals[shown], strict=True):
         own = radiated.followed(complex(root), x) if radiated.there else (complex(root), x, residual)
-        modes.append(_mode(moving, *own))
+        modes.append(mode_of(moving, *own))
     return sorted(modes, key=lambda mode: mode.omega)[:number] if radiated.there else modes[:number]
 
 
@@ -99,7 +99,8 @@ def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:
     return vectors @ (right[:count].T / values[:count]) @ np.linalg.inv(left[leading, :count])
 
 
-def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) -> Mode:
+def mode_of(moving: Moving, root: complex, vector: NDArray[Any], residual: float) -> Mode:
+    """The mode of a root and its vector among all unknowns."""
     vector = moving.sized(vector)
     shares = moving.shares(vector)
     if root.imag == 0:
@@ -111,15 +112,8 @@ def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) 
 
 def check_smooth(found: Linearisation) -> None:
     """Refuse a line that is slack or kinked at rest.  Raises InputError with one sentence."""
-    problem = found.problem
-    if problem.lines is None:
-        return
-    smallest = problem.smallest_tension(of_rods=False)
-    if smallest <= LEAST_TENSION * problem.typical_force:
-        raise InputError(
-            f"At rest a line is slack (smallest tension {smallest:.3g} N): its equations have no slope there, and "
-            "small motions no modes."
-        )
+    if (said := slack_in(found)) is not None:
+        raise InputError(f"{said}, and small motions no modes.")
     for line in found.lines:
         cosines = (line.tangents[1:] * line.tangents[:-1]).sum(axis=1)
         if cosines.min(initial=1.0) < np.cos(np.radians(KINK)):
@@ -129,6 +123,15 @@ def check_smooth(found: Linearisation) -> None:
                 f"{np.degrees(np.arccos(np.clip(cosines.min(), -1, 1))):.0f} degrees from one piece to the next: its "
                 "fold is finer than its elements, and its modes would be those of the elements; take more of them."
             )
+
+
+def slack_in(found: Linearisation) -> str | None:
+    """Words about a line that is slack at rest, the beginning of a sentence; None if there is none."""
+    problem = found.problem
+    smallest = np.inf if problem.lines is None else problem.smallest_tension(of_rods=False)
+    if smallest > LEAST_TENSION * problem.typical_force:
+        return None
+    return f"At rest a line is slack (smallest tension {smallest:.3g} N): its equations have no slope there"
 
 
 class UnitQuaternions:

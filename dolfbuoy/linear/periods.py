@@ -17,7 +17,7 @@ from ..scene.sections import Scene
 from ..solver.quadratic import FEW
 from .linearisation import Linearisation, linearise
 from .moving import Moving
-from .natural import lowest_modes
+from .natural import Mode, lowest_modes, mode_of
 from .radiated import Radiated
 
 #: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
@@ -76,13 +76,37 @@ def _check_floating(scene: Scene) -> None:
 
 def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """`buoy_periods` of a scene that is linearised, on one rank."""
-    best, moving = dict[str, NaturalPeriod](), Moving(found, direction_deg)
+    best = _of_motions(found, Moving(found, direction_deg))
+    return {n: NaturalPeriod(2 * math.pi / abs(r), -r.real / abs(r), share) for n, (share, r, _) in best.items()}
+
+
+def modes_of_buoys(found: Linearisation, direction_deg: float = 0.0) -> list[Mode]:
+    """The modes of `natural_periods`, the slowest first: those that there are beside a line that is slack."""
+    moving = Moving(found, direction_deg)
+    best = {root: (root, vector) for _, root, vector in _of_motions(found, moving).values()}
+    modes = [mode_of(moving, root, vector, _residual(found, root, vector)) for root, vector in best.values()]
+    return sorted(modes, key=lambda mode: mode.omega)
+
+
+def _residual(found: Linearisation, root: complex, vector: NDArray[Any]) -> float:
+    """Backward error of a pair, in the scales of the system."""
+    system = found.problem.system
+    terms = [diags(system.row_scales) @ A @ diags(system.unknown_scales) for A in (found.K, found.E, found.M)]
+    x, powers = vector / system.unknown_scales, (1.0, root, root**2)
+    left = sum(power * (A @ x) for power, A in zip(powers, terms, strict=True))
+    size = sum(abs(power) * float(abs(A).sum(axis=1).max()) for power, A in zip(powers, terms, strict=True))
+    return float(np.abs(left).max() / (size * np.abs(x).max()))
+
+
+def _of_motions(found: Linearisation, moving: Moving) -> dict[str, tuple[float, complex, NDArray[Any]]]:
+    """Share, root and vector of the mode that has most of each motion of a buoy, if it has enough."""
+    best: dict[str, tuple[float, complex, NDArray[Any]]] = {}
     names = [name for body in found.bodies for name in moving.names_of(body)]
     for root, vector in _oscillations(found):
         shares = moving.shares(vector)
         for name in names:
-            if shares[name] > max(LEAST_SHARE, best[name].share if name in best else 0.0):
-                best[name] = NaturalPeriod(2 * math.pi / abs(root), -root.real / abs(root), shares[name])
+            if shares[name] > max(LEAST_SHARE, best[name][0] if name in best else 0.0):
+                best[name] = shares[name], root, vector
     return {name: best[name] for name in names if name in best}
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from .extremes import Gumbel
+from .offsets import corners
 from .quantities import shown_in
 from .series import each_series
 from .style import (
@@ -147,7 +148,10 @@ def circle(statistics: xr.Dataset) -> Figure | None:
     axes = figure.subplots()
     for k in _sets(statistics):
         mine = statistics.corner_set.values == k
-        axes.plot(statistics.corner_x.values[mine], statistics.corner_y.values[mine], ".", ms=3, color=PALETTE[k])
+        points = np.column_stack([statistics[f"corner_{axis}"].values[mine] for axis in "xy"])
+        for buoy in np.unique(statistics.corner_buoy.values[mine]):
+            hull = corners(points[statistics.corner_buoy.values[mine] == buoy])
+            axes.fill(*hull.T, facecolor="none", ec=PALETTE[k], lw=0.8, ls="--", label=f"around the track of {buoy}")
         circles = (statistics[f"circle_{part}"].values[k] for part in ("x", "y", "radius"))
         for x, y, radius in zip(*circles, strict=True):
             axes.add_patch(Circle((x, y), radius, fill=False, lw=0.8, ec=PALETTE[k], label=f"radius {radius:.3g} m"))

@@ -16,7 +16,7 @@ from ..formats.moordyn_run import Series, moordyn_module, run
 from ..formats.to_moordyn import Numerics, Start, export, start_of
 from ..model.rigid import axis_offset, rotation_of
 from ..results.quantities import QUANTITIES
-from ..results.style import COLORS, PAGE, legend_above, new_figure, save
+from ..results.style import COLORS, PAGE, STYLE, legend_above, matplotlib, new_figure, save
 from ..scene import Scene
 from ..statics.catenary import Array
 from .study import Row
@@ -124,6 +124,7 @@ def _row(name: str, unit: str, ours: Times, theirs: Times, start: float, bar: fl
     return row | {"difference": difference, "of": whole, "relative": difference / scale if scale else float("nan")}
 
 
+@matplotlib.rc_context(STYLE)  # type: ignore[untyped-decorator]  # matplotlib has no types
 def draw(found: Comparison, folder: Path) -> list[Path]:
     """Both programs' tensions and motions over time; returns the files."""
     names = [row["quantity"] for row in found.rows if "anchor" not in row["quantity"]][:12]

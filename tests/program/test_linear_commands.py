@@ -15,6 +15,7 @@ from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
 from dolfbuoy import InputError
+from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.results.mode_figures import mode_shape
 from dolfbuoy.results.mode_record import moving
 from dolfbuoy.scene import load_scene
@@ -169,6 +170,22 @@ def test_slack_and_kinked_states_have_no_modes():
     with pytest.raises(InputError, match=r"slack|kinked"):
         dolfbuoy.modes(folded, comm=MPI.COMM_SELF)
     assert dolfbuoy.modes(slack, comm=MPI.COMM_SELF).sizes["mode"] == 10
+
+
+def test_beside_a_slack_line_there_are_the_modes_of_buoys(call, tmp_path):
+    """The periods that `check` lists, with shapes; heave is that of the hull with its added mass, which hangs free."""
+    scene = load_scene("navigation-buoy")
+    code, out, err = call("modes", "navigation-buoy", "--out", tmp_path / "m", "--no-plot")
+    assert (code, err) == (0, "")
+    assert "At rest a line is slack" in " ".join(out.split())
+    assert "these are the modes of buoys" in " ".join(out.split())
+    found, periods = xr.load_dataset(tmp_path / "m" / "modes.nc"), buoy_periods(scene)
+    for name in ("surge", "sway", "heave", "roll", "pitch"):
+        (k,) = np.flatnonzero([str(one).startswith(name) for one in found.name.values])
+        assert float(found.period[k]) == pytest.approx(periods[name].period, rel=1e-9)
+        assert float(found.residual[k]) < 1e-12
+        assert max(float(np.abs(found[f"buoy_{what}"][k]).max()) for what in ("position", "rotation")) > 0.1
+    assert np.all(np.diff(found.omega) > 0)
 
 
 SCRIPT = """

@@ -151,17 +151,20 @@ def test_figures_of_statistics(found):
 
 
 def test_the_figure_of_circles():
-    """Corners of the tracks of each set, its circle and its middle; the legend has the radius."""
+    """The hull of the tracks of each set, its circle and its middle; the legend has the radius."""
     data = {
         f"circle_{part}": (("set", "buoy"), [[value]]) for part, value in (("x", 3.0), ("y", -1.0), ("radius", 2.5))
     }
     data |= {f"corner_{axis}": ("corner", np.array(x)) for axis, x in (("x", [1.0, 5.0, 3.0]), ("y", [0.0, 1.0, -3.0]))}
-    data["corner_set"] = "corner", np.zeros(3, dtype=int)
+    data |= {"corner_set": ("corner", np.zeros(3, dtype=int)), "corner_buoy": ("corner", np.array(["buoy"] * 3))}
     (axes,) = statistics_figures.circle(xr.Dataset(data)).axes
-    (patch,) = axes.patches
+    around, patch = axes.patches
     assert (patch.center, patch.radius, patch.get_label()) == ((3.0, -1.0), 2.5, "radius 2.5 m")
-    corners, middle = axes.lines
-    np.testing.assert_allclose(corners.get_xydata(), [[1, 0], [5, 1], [3, -3]])
+    (middle,) = axes.lines
+    corners = around.get_xy()
+    assert {tuple(corner) for corner in corners.tolist()} == {(1, 0), (5, 1), (3, -3)}
+    np.testing.assert_allclose(corners[0], corners[-1])  # closed
+    assert around.get_label() == "around the track of buoy"
     np.testing.assert_allclose(middle.get_xydata(), [[3, -1]])
 
 
