@@ -73,6 +73,8 @@ def take_up(session: "Session", state: dict[str, Any]) -> bool:
         own = _tree(json.loads(state.get("session", '{"dict": [["paths", {"dict": []}]]}')))
         same = {*own["paths"]} == {*session.paths}
         if same and "functions" in own:
+            if any({*own["paths"][name]} != {*vars(path)} for name, path in session.paths.items()):
+                raise ValueError("paths of another version")
             put_back(session, own | {"_required": _wrenches(own["_required"])})
             session._awaited = {(session.t, name) for name in own["functions"]}
             return True

@@ -426,6 +426,13 @@ def test_what_is_driven_and_loaded_goes_on_from_the_disk(tmp_path):
         here = s.save()
         straight = go(s, 5, 9)
         s.restore(here)
+    kept = dict(np.load(tmp_path / "checkpoint.npz"))
+    (name,) = (name for name in kept if name.endswith("/session"))
+    for spoilt in ("{", '{"dict": [["paths", {"dict": []}]]}', str(kept[name]).replace('"before"', '"other"')):
+        np.savez(tmp_path / "checkpoint.npz", **kept | {name: spoilt})
+        with pytest.raises(InputError, match=r"The checkpoint's session is not one|drove the same: nothing"):
+            Session(resume=tmp_path, driven=driven)
+    np.savez(tmp_path / "checkpoint.npz", **kept)
     with pytest.raises(InputError, match=r"drove the same: ship, aft\.winch, fore\.from"):
         Session(resume=tmp_path, driven="ship")
     with Session(resume=tmp_path, driven=driven) as s:
