@@ -15,7 +15,7 @@ FLEETING = [
     (re.compile(r"\b\d+(?:\.\d+)?(?:e-?\d+)? (?:s|ms) (?:of CPU time|CPU|by the clock)"), "TIME"),
     (re.compile(r"dolfinx \d\S*|PETSc \d\S*|numpy \d\S*|Python \d\S*"), "VERSION"),
     (re.compile(r"^\s*(?:wall time|speed|time) [│|].*$|^t = .*real time.*$", re.M), ""),
-    (re.compile(r"^.*(?:wall time|>speed<| x real time|>time<|Security-Policy|to go\\.$|\\b100% ).*$", re.M), ""),
+    (re.compile(r"^.*(?:wall time|>speed<| x real time|>time<|Security-Policy|to go\.$|\b100% ).*$", re.M), ""),
     (re.compile(r"\btook [\d.]+ s\b"), "took TIME"),
     (re.compile(r"[─━═┏┓┗┛┡┩└┘┳┻╇┴┬├┤┼╞╡╪╭╮╰╯]+"), ""),
 ]
