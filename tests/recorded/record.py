@@ -3,6 +3,7 @@
 OMP_NUM_THREADS=1 .venv/bin/python tests/recorded/record.py [NAME ...]   # records anew, all or those
 """
 
+import itertools
 import os
 import re
 import shlex
@@ -10,7 +11,9 @@ import shutil
 import sys
 import tempfile
 import tomllib
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -28,7 +31,10 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
     from fingerprint import of_figure, of_file, of_text
     from matplotlib.figure import Figure
 
+    from dolfbuoy.results import measured
+
     case, lines, seen = CASES[name], [], set()
+    ticks = partial(next, itertools.count())
     for file, text in case.get("files", {}).items():
         (folder / file).write_text(text)
     for file in case.get("copies", []):
@@ -48,6 +54,7 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
     given = set(folder.rglob("*"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", drawn)
+        patch.setattr(measured, "clock", SimpleNamespace(perf_counter=ticks, process_time=ticks))
         for command in case["commands"]:
             code, out, err = call(*shlex.split(command))
             lines += [f"== {command}: {code}", *of_text(out, folder), *of_text(err, folder)]
