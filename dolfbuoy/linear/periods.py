@@ -28,6 +28,8 @@ SHORTEST, LONGEST = 0.01, 1000.0
 
 #: A mode with less than this part of its kinetic energy in a motion is none of that motion.
 LEAST_SHARE = 0.1
+#: Without radiation memory one with less than this part has none of the least share with it.
+LOST = 0.01
 #: Slow modes of lines whose periods are shown.
 SLOWEST = 4
 
@@ -102,20 +104,26 @@ def _of_motions(found: Linearisation, moving: Moving) -> dict[str, tuple[float, 
     """Share, root and vector of the mode that has most of each motion of a buoy, if it has enough."""
     best: dict[str, tuple[float, complex, NDArray[Any]]] = {}
     names = [name for body in found.bodies for name in moving.names_of(body)]
-    for root, vector in _oscillations(found):
+    radiated = Radiated(found)
+    for root, vector in _oscillations(found, radiated.there):
         shares = moving.shares(vector)
+        if radiated.there:
+            if max(shares[name] for name in names) < LOST:
+                continue
+            root, vector, _ = radiated.followed(root, vector)
+            shares = moving.shares(vector)
         for name in names:
             if shares[name] > max(LEAST_SHARE, best[name][0] if name in best else 0.0):
                 best[name] = shares[name], root, vector
     return {name: best[name] for name in names if name in best}
 
 
-def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]]:
-    """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice.
+def _oscillations(found: Linearisation, once: bool) -> Iterator[tuple[complex, NDArray[Any]]]:
+    """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some come twice without `once`.
 
     Next to some of these ARPACK may find none, where hundreds of like lines have hundreds of like modes.
     """
-    radiated, known = Radiated(found), list[complex]()
+    known = list[complex]()
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
         try:
@@ -123,10 +131,10 @@ def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]
         except SolveError:
             continue
         for root, vector in zip(*(x.T for x in modes), strict=True):
-            twice = any(abs(root - other) < 1e-6 * abs(root) for other in known) if radiated.there else False
+            twice = any(abs(root - other) < 1e-6 * abs(root) for other in known) if once else False
             if 2 * math.pi / LONGEST < root.imag < 2 * math.pi / SHORTEST and not twice:
                 known.append(root)
-                yield radiated.followed(root, vector)[:2] if radiated.there else (root, vector)
+                yield root, vector
 
 
 def _of_lines(found: Linearisation) -> dict[str, float]:

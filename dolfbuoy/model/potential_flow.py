@@ -39,7 +39,13 @@ class Coefficients(NamedTuple):
 
 def coefficients_of(scene: Scene, buoy: Buoy) -> Coefficients:
     """Coefficients about C of a section [buoy] with potential_flow.  Raises InputError for a hull that sinks."""
-    return remembered(partial(_coefficients, scene, buoy), buoy, scene.sea, scene.gravity, "radiation")
+    return remembered(partial(_coefficients, scene, buoy), *of_body(buoy), scene.sea, scene.gravity, "radiation")
+
+
+def of_body(buoy: Buoy) -> tuple[Any, ...]:
+    """What of a section decides coefficients and memory: the same objects in its copies that start elsewhere."""
+    mass = buoy.mass, buoy.point_masses, buoy.center_of_mass, buoy.inertia
+    return buoy.potential_flow, buoy.memory_order, buoy.hull, *mass
 
 
 def draft_of(scene: Scene, buoy: Buoy) -> float:
@@ -137,7 +143,7 @@ def on_five(three: Array) -> Array:
 
 def states_of(scene: Scene, buoy: Buoy) -> tuple[States, States]:
     """Memory of heave, and of (surge, lean times the height of the hull)."""
-    return remembered(partial(_states, scene, buoy), buoy, scene.sea, scene.gravity, "memory")
+    return remembered(partial(_states, scene, buoy), *of_body(buoy), scene.sea, scene.gravity, "memory")
 
 
 def _states(scene, buoy):
