@@ -43,7 +43,7 @@ def coefficients_of(scene: Scene, buoy: Buoy) -> Coefficients:
 
 
 def of_body(buoy: Buoy) -> tuple[Any, ...]:
-    """What of a section decides coefficients and memory: the same objects in its copies that start elsewhere."""
+    """Parts of a section that decide coefficients and memory: the same objects in its copies that start elsewhere."""
     mass = buoy.mass, buoy.point_masses, buoy.center_of_mass, buoy.inertia
     return buoy.potential_flow, buoy.memory_order, buoy.hull, *mass
 
