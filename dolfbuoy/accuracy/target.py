@@ -131,7 +131,7 @@ def check_outputs(scene: Scene, names: Iterable[str], where: str) -> None:
     """Refuse outputs (SERIES.NUMBER) that no run of the scene has.  Raises InputError, with what they are named in."""
     network = scene.network
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
-    there = [one for one in QUANTITIES.values() if not one.effort and one.kind not in missing]
+    there = [one for one in QUANTITIES.values() if one.over == "time" and not one.effort and one.kind not in missing]
     known = {label: one for one in there for label in (one.name, *(one.series("xyz") if "xyz" in one.dims else ()))}
     for name in names:
         series, _, number = name.rpartition(".")

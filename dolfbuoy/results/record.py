@@ -89,13 +89,17 @@ class Record:
         self._blocks.append({name: np.array(rows) for name, rows in values.items()})
 
     def series(self) -> xr.Dataset:
-        """Rows that were added and are not on disk yet, over time, as `read` would return it; without frames."""
+        """Rows that were added and are not on disk yet, over time, as `read` would return it, and extremes; without
+        frames."""
         import xarray as xr
 
         columns = {name: values for name, values in self._columns().items() if _axis(name) == "time"}
         data = {
             name: (("time", *QUANTITIES[name].dims), x, QUANTITIES[name].attributes()) for name, x in columns.items()
         }
+        for name, x in self.extremes.items():
+            along = {one: self.fixed[one] for one in ALONG.get(QUANTITIES[name].dims[0], ()) if one in self.fixed}
+            data |= {one: (QUANTITIES[one].dims, values, {}) for one, values in (along | {name: x}).items()}
         return xr.Dataset(data, _named(data, self.labels), self.attributes).set_coords("time")
 
     def _columns(self) -> dict[str, NDArray[Any]]:

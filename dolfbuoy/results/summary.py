@@ -49,6 +49,8 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
         places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
         if "surface_elevation" in record:
             places.append(_range("z of C over the water", z - part.record.surface_elevation, "m"))
+        if not float(part.record.time[0]):
+            places.append(("lean at the start", plain(float(part.record.cone_angle[0])), "deg"))
         rows += _named(part, [*places, *_declared(part.record, "buoy")])
     rows += _strength(lines)
     for name in network.bodies:
@@ -186,9 +188,10 @@ def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, st
     least, largest = minimum(record, "cable_tension").min(), maximum(record, "cable_tension")
     least = 0.0 if -ROUNDING * largest.max() < least < 0 else least
     rows.append(_range("tension of its elements", [least, largest.max()], *force_unit([least, largest.max()])))
-    if not math.isnan(lasting := Series("", record.time.values, record.tension_top.values).lasting_maximum):
-        unit, factor = force_unit(record.tension_top)
-        rows.insert(1, (f"exceeded there for {LASTING:g} s", f"{factor * lasting:.4g}", unit))
+    for row, values in ((1, force), (0, record.tension_top.values)):  # each below its range
+        if not math.isnan(lasting := Series("", record.time.values, values).lasting_maximum):
+            unit, factor = force_unit(values)
+            rows.insert(row + 1, (f"exceeded there for {LASTING:g} s", f"{factor * lasting:.4g}", unit))
     rows.append(("s of the largest", f"{float(record.s_cell[largest.argmax()]):.4g}", "m"))
     if "largest_curvature" in record and not record.largest_curvature.any():  # it does not bend, others do
         record = record.drop_vars(_OF_BENDING, errors="ignore")

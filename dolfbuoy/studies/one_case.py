@@ -24,7 +24,7 @@ from ..results import folder as folders
 from ..results.bars import by_label
 from ..results.record import read
 from ..results.recorder import Recorder, Unwritten
-from ..results.sample import lives, numbers_of, sample_of
+from ..results.sample import SMALLEST, lives, numbers_of, sample_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
 from ..version import now
@@ -55,6 +55,9 @@ def evaluate(
         found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
         with suppress(InputError):  # of a run that ends in its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
+            for label, numbers in found["sample"]["series"].items():
+                if label.startswith(SMALLEST):
+                    found["statistics"][label] = {"minimum": numbers["minimum"]}
             for label, life in lives(found["sample"]).items():
                 found["statistics"].setdefault(label, {})["life"] = life
         found["cut"] = cautions.cut(record, scene)
@@ -159,6 +162,7 @@ class _CaseRecorder(Unwritten):
         if keep:
             self.save()
         elif self.record.counts["time"] == 0:
+            self.record.extremes = self._extremes.values(self.observer)
             return self.series()
         self.close()
         return read(self.folder / "results.nc")

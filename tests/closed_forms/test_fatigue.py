@@ -475,6 +475,8 @@ def test_a_sweep_keeps_cycles_of_places(two, call, tmp_path):
     np.testing.assert_allclose(cases.shortest_life, least, rtol=1e-12)
     lasting = [Series("", one.time.values, one.tension_top.values[:, 0]).lasting_maximum for one in (two, slow)]
     np.testing.assert_allclose(cases.tension_top_lasting_maximum.values[:, 0], lasting, rtol=1e-6)
+    smallest = [[one.cable_tension_minimum.values.min()] for one in (two, slow)]  # of all steps and elements
+    np.testing.assert_allclose(cases.smallest_tension_minimum, smallest, rtol=1e-12)
     code, _, err = call("report", tmp_path / "sw")
     assert (code, err) == (0, "")
     text = (tmp_path / "sw" / "report.html").read_text()

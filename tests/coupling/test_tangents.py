@@ -322,6 +322,11 @@ def test_command(call, tmp_path):
             ["--by", "buoy.mass", "--of", "tension_top.peak"],
             "--of tension_top.peak: must be an output of this scene, SERIES.NUMBER as tension_top.max; near it are",
         ),
+        (
+            ["--by", "buoy.mass", "--set", "time.end=0.2", "--of", "utilisation.max"],
+            "--of utilisation.max: is of what this scene does not have, as utilisation without a breaking load.",
+        ),
+        (["--by", "buoy.mass", "--of", "smallest_tension.min"], "--of smallest_tension.min: must be an output"),
         (["--static", "--of", "tension_top.max"], "--of: goes with the outputs of a run."),
     ],
 )

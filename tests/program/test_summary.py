@@ -21,6 +21,7 @@ from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.attitude import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.cautions import cut, steps_of_peak
 from dolfbuoy.results.quantities import over
+from dolfbuoy.results.series import Series
 from dolfbuoy.results.summary import _compressed, static_rows, summary, warnings
 from dolfbuoy.studies.sweep import sweep
 
@@ -45,6 +46,13 @@ def test_summary():
     for i, axis in enumerate("xyz"):
         assert rows[f"{axis} of C"] == extremes(C[:, i], "m")
     assert rows["z of C over the water"] == extremes(C[:, 2] - water, "m")
+    assert rows["lean at the start"] == (f"{float(RECORD.cone_angle.values.ravel()[0]):.4g}", "deg")
+    named = [name for name, *_ in summary(RECORD, SCENE)]
+    below = [named[k + 1] for k, name in enumerate(named) if name in ("tension at the top", "force at the anchor")]
+    assert below == ["exceeded there for 1 s"] * 2
+    force = np.linalg.norm(ALONE.anchor_force, axis=1) / 1000
+    lasting = [value for name, value, _ in summary(RECORD, SCENE) if name == below[0]]
+    assert float(lasting[1]) == pytest.approx(Series("", RECORD.time.values, force).lasting_maximum, rel=1e-3)
     assert rows["cone angle"] == extremes(RECORD.cone_angle, "deg")
     assert rows["steps, of which retried"] == ("400, 7", "")
     assert "steps made smaller where a line came taut" not in rows
