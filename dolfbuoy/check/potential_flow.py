@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Parts from which on a sentence is worth it: of the draft, depth and density; of forces; of the memory; of the sea.
 OTHER, APART, INCONSISTENT, OUTSIDE = 0.03, 0.05, 0.1, 0.01
+#: Part of the Froude-Krylov force in heave by which that of the longest waves may differ from it.
+LIKE_STRIPS = 0.5
 #: Part of the mean drift by which strips must be off for a sentence.
 MUCH = 0.2
 #: k h from which on a bed is not felt.
@@ -76,6 +78,12 @@ def _hull(scene: Scene, buoy: Upright, report: "Report") -> None:
             "sign, depth or point is another, or it is of another hull.",
         )
     force = c.force + (own if c.undisturbed is None else c.undisturbed)
+    surge, heave = ((force[0] * own[0].conj()).real / np.abs(own[0]) ** 2)[[0, 2]]
+    report.warn(
+        surge < 0 or abs(heave - 1) > LIKE_STRIPS,
+        f"In its longest waves the force of buoy.potential_flow is {heave:.2g} times the hull's Froude-Krylov force in "
+        f"heave, {surge:.2g} times in surge: its unit is another, or its phases are of exp(+i omega t).",
+    )
     of_force = _haskind(scene, c.omega, force)
     damping = np.diagonal(c.damping, axis1=1, axis2=2)
     apart = _apart(damping[:, [0, 2]], of_force[:, [0, 2]])
