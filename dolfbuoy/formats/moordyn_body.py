@@ -97,6 +97,8 @@ def buoy_of(
     kinds = [type_of(rod, types) for rod in rods]
     center = _center(body)
     keel, axes = _frame(rods, center)
+    if body is not None and rods and body.number("volume", 0.0):
+        raise NoBuoy("has a volume besides that of its rods")
     parts = _parts(body, center, rods, kinds)
     total = sum(mass for mass, _, _ in parts)
     if total <= 0:
@@ -301,9 +303,8 @@ def numbers(body: Row, column: str, counts: Sequence[int] = (1, 2, 3, 6)) -> NDA
 
 def _say_rest(body: Row, rods: list[Row], note: Callable[..., Any]) -> None:
     """Quantities of a body that a buoy has no place for."""
-    for column, what in (("volume", "a volume besides its rods'"), ("CdA", "drag besides its rods'")):
-        if rods and numbers(body, column).any():
-            note(body.line, f"the body has {what}, {body[column]}, which is not carried over")
+    if rods and numbers(body, "CdA").any():
+        note(body.line, f"the body has drag besides its rods', {body['CdA']}, which is not carried over")
     if rods and numbers(body, _added(body)).any():
         note(body.line, "the added mass of the body besides its rods' is not carried over")
     if any(body.number(name, 0.0) for name in ("roll", "pitch", "yaw")):

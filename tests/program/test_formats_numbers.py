@@ -336,7 +336,7 @@ def test_points_on_a_body_that_is_held(angles, place):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("10|20|30 0 0 0", "10|20|30 1.5 0 0"), "line 16: the body has a volume besides its rods', 1.5"),
+        (("10|20|30 0 0 0", "10|20|30 1.5 0 0"), "line 16: body1 has a volume besides that of its rods: its"),
         (("10|20|30 0 0 0", "10|20|30 0 1|2 0"), "line 16: the body has drag besides its rods', 1|2"),
         (("10|20|30 0 0 0", "10|20|30 0 0 0.5"), "line 16: the added mass of the body besides its rods'"),
         (("10|20|30 0 0 0", "0 0 0 0"), None),
