@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 #: Numbers of a series that a limit may be of.
 NUMBERS = {"max": "maximum", "min": "minimum", "mean": "mean", "std": "standard_deviation"}
 
-#: An uplift of less than this part of the largest tension is none.
-ROUNDING = 1e-6
+#: An uplift of less than this part of the largest tension, 0.006 degrees, is none: so much a chain that lies before its
+#: anchor has from the springs of the bed.
+ROUNDING = 1e-4
 
 
 @dataclass(frozen=True)

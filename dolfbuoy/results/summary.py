@@ -207,7 +207,8 @@ def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
         values = record[quantity.name]
         values = (values.sel(xyz=quantity.component) if quantity.component else values).dropna("time")
         if values.size:
-            rows.append(_range(quantity.summary, values, *unit_of(values, quantity.unit.replace("degree", "deg"))))
+            unit = {"1": ""}.get(quantity.unit, quantity.unit).replace("degree", "deg")
+            rows.append(_range(quantity.summary, values, *unit_of(values, unit)))
     return rows
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -109,8 +110,10 @@ NOTHING = 1e-9
 
 
 def plain(x: float) -> str:
-    """A number with four digits, of large ones no exponent; what is only rounding is 0."""
+    """A number with four digits and without an exponent; what is only rounding is 0."""
     text = f"{x:.4g}" if abs(x) >= NOTHING else "0"
+    if "e-" in text:
+        return f"{x:.{3 - math.floor(math.log10(abs(x)))}f}".rstrip("0")
     return f"{float(text):.0f}" if "e+" in text and abs(x) < 1e15 else text
 
 

@@ -110,6 +110,10 @@ def test_each_criterion_is_of_its_number(record):
         assert (one.value, one.limit) == (float(value), limit)
     (uplift,) = judged(record, no_uplift=True)
     assert (uplift.value, uplift.met) == (float(record.anchor_uplift.max()), False)
+    largest = max(float(record[name].max()) for name in ("anchor_horizontal", "tension_top"))
+    for part, met in ((0.9e-4, True), (1.1e-4, False)):  # what the springs of a bed lift is none
+        (one,) = judged(made_up(record, anchor_uplift=part * largest), no_uplift=True)
+        assert one.met == met
     (calm,) = judged(made_up(record, anchor_uplift=-3.0), no_uplift=True)
     assert calm.met
     one, other = judged(record, limits=["tension_top.min > 1e3", "buoy_position_z.mean[buoy] < 0.5"])
