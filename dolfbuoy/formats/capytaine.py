@@ -1,8 +1,9 @@
 """Coefficients of potential flow for the hull of a buoy, by Capytaine, a boundary element method (optional).
 
 The hull is paneled on two meshes, the second with panels of half the size, and what a third would add is extrapolated:
-errors go with the power `POWER` of the size, from the edges of a hull on.  Polygons around the axis are as large as
-their circles, so that the volume is right.  A lid on the water plane inside keeps irregular frequencies away.
+errors go with the power `POWER` of the size, from the edges of a hull on.  At infinite frequency there is a finer one.
+Polygons around the axis are as large as their circles, so that the volume is right.  A lid on the water plane inside
+keeps irregular frequencies away.
 """
 
 import itertools
@@ -23,6 +24,8 @@ from .far_field import quadratic_forms
 
 #: Panels around the axis of the coarse mesh; power of their size that errors go with, measured on a truncated cylinder.
 AROUND, POWER = 24, 1.6
+#: Panels in place of each of the coarse mesh for infinite frequency, which is quick; the power near that size.
+FINEST, FINE_POWER = 4, 2.0
 #: Frequencies, in sqrt(g/R) of the largest wet radius R: steps up to the highest.
 STEP, STEPS = 0.05, 50
 #: Angle between pieces of the outline from which on there is an edge [deg].
@@ -88,12 +91,17 @@ def compute(hull: Floating, around: int = AROUND, progress: Callable[[str], obje
         more = 100 * (body.mesh.volume / hull.shape.volume(hull.draft) - 1)
         progress(
             f"{body.mesh.nb_faces} panels, {body.lid_mesh.nb_faces} on the lid: added mass in heave at infinite "
-            f"frequency {_at_once(found[-1]):.6g} kg, volume {more:+.2g} %"
+            f"frequency {_heave(found[-1].added_mass.sel(omega=np.inf)):.6g} kg, volume {more:+.2g} %"
         )
     coarse, fine = found
     data = fine.copy()
     for name in NAMES:
         data[name] = fine[name] + (fine[name] - coarse[name]) / (2**POWER - 1)
+    finest, last = _at_once(cpt, hull, _body(cpt, hull, around, FINEST)), {"omega": np.inf}
+    at_once = finest + (finest - fine.added_mass.loc[last]) / ((FINEST / 2) ** FINE_POWER - 1)
+    data["added_mass"] = data.added_mass + (at_once - data.added_mass.loc[last])  # at all, or its memory would differ
+    kept = _heave(data.added_mass.loc[last])
+    progress(f"{FINEST**2} times the panels at infinite frequency: {_heave(finest):.6g} kg, of which {kept:.6g} kg")
     usable = np.all(np.isfinite(data.radiation_damping), axis=(1, 2)) | np.isinf(data.omega)
     if not usable.all():
         progress(f"{int((~usable).sum())} frequencies are left out, for which Capytaine finds no finite numbers")
@@ -109,8 +117,8 @@ def write(data: xr.Dataset, path: Path) -> None:
     capytaine().export_dataset(str(path), data, format="netcdf")
 
 
-def _at_once(data: xr.Dataset) -> float:
-    return float(data.added_mass.sel(influenced_dof="Heave", radiating_dof="Heave", omega=np.inf))
+def _heave(added_mass: xr.DataArray) -> float:
+    return float(added_mass.sel(influenced_dof="Heave", radiating_dof="Heave"))
 
 
 def _apart(fine: xr.Dataset, kept: xr.Dataset, name: str) -> float:
@@ -121,6 +129,16 @@ def _apart(fine: xr.Dataset, kept: xr.Dataset, name: str) -> float:
         one, two = (np.abs(data[name].sel(chosen).sel(omega=kept.omega).values) for data in (fine, kept))
         found.append(float(np.nanmax(np.abs(one - two)) / np.nanmax(two)))
     return max(found)
+
+
+def _at_once(cpt: Any, hull: Floating, body: Any) -> xr.DataArray:
+    """Added mass at infinite frequency."""
+    solver = cpt.BEMSolver(method="direct", green_function=_green_function(cpt))
+    water = {"water_depth": hull.depth, "rho": hull.density, "g": hull.gravity, "omega": np.inf}
+    problems = [cpt.RadiationProblem(body=body, radiating_dof=dof, **water) for dof in DOFS]
+    columns = [solver.solve(problem, keep_details=False, _check_wavelength=False).added_masses for problem in problems]
+    values = np.array([[column[dof] for column in columns] for dof in DOFS])
+    return xr.DataArray(values, {"influenced_dof": list(DOFS), "radiating_dof": list(DOFS)})
 
 
 def _solved(cpt: Any, hull: Floating, body: Any) -> xr.Dataset:

@@ -71,7 +71,10 @@ def coefficients(name):
 
 
 def test_truncated_cylinder():
-    """Of a file that `dolfbuoy potential` made: 0.25 % from the eigenfunctions, where its finer mesh is 1 % off."""
+    """Of a file that `dolfbuoy potential` made: within 0.2 % of the eigenfunctions, where its finer mesh is 1 % off.
+
+    Added mass at infinite frequency within 2e-4.
+    """
     c, w = coefficients("truncated_cylinder"), CYLINDER["inputs"]["omega"]
     exact = CYLINDER["outputs"]
     whole = CubicSpline(c.omega, c.force[:, 2] + c.undisturbed[:, 2])(w)
@@ -82,7 +85,7 @@ def test_truncated_cylinder():
         "added_mass_infinite": c.at_once[2, 2],
     }
     for name, values in found.items():
-        assert values == pytest.approx(exact[name], rel=2.5e-3), name
+        assert values == pytest.approx(exact[name], rel=2e-4 if name == "added_mass_infinite" else 2e-3), name
 
 
 def test_half_submerged_sphere():
