@@ -129,7 +129,6 @@ class Session:
                 self.simulation.drive(piece, end, self.paths[name])
         time: Any = self.scene.time
         self._step, self._longest = time.step, time.step if time.tolerance is None else math.inf
-        self._sliver = 1e-9 * time.step
         self._series = self.t, -1.0, 0  # where steps of one size began, their size and number
         self._required = {name: Wrench(np.zeros(3), np.zeros(3)) for name in bodies}
         self._observer: Observer | None = None
@@ -223,9 +222,8 @@ class Session:
         try:
             for k in range(1, count + 1):
                 target = t if k == count else begin + k * (t - begin) / count
-                while target - simulation.t > self._sliver:
-                    taken = simulation.attempt(target - simulation.t)
-                    if taken is not None and self._recorder is not None:
+                for taken in simulation.advance(target):
+                    if self._recorder is not None:
                         self._recorder.add(*taken)
                 interruption.check()
         except BaseException:

@@ -276,34 +276,24 @@ class Simulation:
 
     def advance(self, target):
         """To the time `target`; yields (step, iterations) after each step that counts."""
-        sliver = 1e-9 * self.scene.time.step
-        while target - self.t > sliver:
-            taken = self.attempt(target - self.t)
-            if taken is not None:
-                yield taken
-
-    def attempt(self, remaining):
-        """A step on the way to what is `remaining` [s] away; (step, iterations), or None if it does not count.
-
-        Raises SolveError if no smaller one can be tried.
-        """
-        control = self.control
-        h = control.propose(remaining)
-        try:
-            iterations = self.step(h, control.judge)
-        except SolveError as error:
+        control, nominal = self.control, self.scene.time.step
+        judge = control.judge
+        while target - self.t > 1e-9 * nominal:
+            h = control.propose(target - self.t)
             try:
-                control.fail(h, str(error))
-            except SolveError as final:
-                raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {final}{self._why()}.") from None
-            return None
-        if control.restart:
-            self.past.forget()
-            control.restart = False
-        if iterations is None:
-            return None
-        self.iterations += iterations
-        return h, iterations
+                iterations = self.step(h, judge)
+            except SolveError as error:
+                try:
+                    control.fail(h, str(error))
+                except SolveError as final:
+                    raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {final}{self._why()}.") from None
+                continue
+            if control.restart:
+                self.past.forget()
+                control.restart = False
+            if iterations is not None:
+                self.iterations += iterations
+                yield h, iterations
 
     def _why(self):
         """Known reason why steps of this scene fail, or nothing."""
