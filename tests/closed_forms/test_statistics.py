@@ -176,14 +176,14 @@ def test_the_memory_of_a_sea_is_that_of_its_spectrum():
 
 
 def test_a_deviation_is_as_well_known_as_is_said():
-    """Of 600 runs, each of five minutes, 95 % lie within the bounds; counted within three deviations."""
+    """Of 300 runs, each of five minutes, 95 % lie within the bounds; counted within three deviations."""
     waves = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 6.0, "amplitudes": "random"}
     t, hits = np.arange(0.0, 300.0, 0.5), 0
     known = extremes.deviation_uncertainty(extremes.memory_of(spectra.jonswap(2.0, 6.0)), 300.0)
-    for seed in range(600):
+    for seed in range(300):
         c = components_of(Waves(**waves, seed=seed, components=400))
         hits += abs((np.cos(np.outer(t, c.frequency) - c.phase) @ c.amplitude).std() / 0.5 - 1) < known
-    assert hits / 600 == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / 600))
+    assert hits / 300 == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / 300))
 
 
 @pytest.mark.parametrize("runs", [10, 14, 25])

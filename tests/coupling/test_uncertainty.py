@@ -34,7 +34,7 @@ SIGMAS = np.array([9.81 * LENGTH * 0.2, 9.81 * 2.0])
 TOTAL = math.hypot(*SIGMAS)
 
 
-@pytest.mark.parametrize("method", ["first", "chaos", "samples"])
+@pytest.mark.parametrize("method", ["first", "chaos", pytest.param("samples", marks=pytest.mark.slow)])
 def test_weight_of_a_hanging_line(method):
     """9.81 (w L + m): sigmas add up in squares, the larger one makes more of it."""
     found = uncertainty(HANGING, method, of=["tension_top.mean"])

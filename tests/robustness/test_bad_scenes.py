@@ -65,15 +65,15 @@ def _is_sentence(said):
     return said.isprintable() and len(said) < 800 and "instance of" not in said and "Traceback" not in said
 
 
-def test_two_hundred_and_fifty_are_read_or_refused():
-    found, broken = ends(range(250))
+def test_a_hundred_are_read_or_refused():
+    found, broken = ends(range(100))
     assert broken == []
-    assert min(found.values()) > 20
+    assert min(found.values()) > 8
 
 
 @pytest.mark.slow
 def test_two_thousand_are_read_or_refused():
-    _, broken = ends(range(250, 2250))
+    _, broken = ends(range(100, 2100))
     assert len(broken) <= 20, broken
 
 
