@@ -68,7 +68,8 @@ def sensitivities(
         raise InputError("--of: goes with the outputs of a run.")
     make_ready(out, "sensitivity", found, comm)
     dataset = of_run(found, parameters, comm, progress) if what == "run" else KINDS[what](found, parameters, comm)
-    if absent := sorted(set(of or ()) - set(comm.bcast(dataset.output.values.tolist() if comm.rank == 0 else of))):
+    there = comm.bcast(dataset.output.values.tolist() if of and comm.rank == 0 else [])
+    if absent := sorted(set(of or ()) - set(there)):
         raise InputError(
             f"--of {absent[0]}: is of what this scene does not have, as utilisation without a breaking load."
         )

@@ -58,7 +58,8 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
         for command in case["commands"]:
             code, out, err = call(*shlex.split(command))
             lines += [f"== {command}: {code}", *of_text(out, folder), *of_text(err, folder)]
-    for path in sorted(p for p in folder.rglob("*") if p.is_file() and p not in given):
+    found = (p for p in folder.rglob("*") if p.is_file() and p not in given and p.parent.name != "cases")
+    for path in sorted(found):
         told = of_file(path, folder)
         lines += [f"-- file {path.relative_to(folder)}", *told]
     drop = re.compile(case.get("drop", r"(?!)"))
