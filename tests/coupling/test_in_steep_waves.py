@@ -106,30 +106,7 @@ def test_energy_balances():
 #: A rope of 26 m in 20 m of water, its slack part on the bed: period, height [s, m], largest tension in Airy's and in
 #: the steady wave [N], of a program of its own.
 PEAKS = [(6.0, 2.0, 3019, 3228), (6.0, 4.0, 5384, 6086), (8.0, 4.0, 5005, 5610), (8.0, 6.0, 7393, 9343)]
-ROPE = {
-    "sea": {"depth": 20.0},
-    "seabed": {"friction": 0.5},
-    "cable": {
-        "length": 26.0,
-        "diameter": 0.05,
-        "line_density": 8.0,
-        "axial_stiffness": 5e4,
-        "normal_drag": 1.2,
-        "added_mass": 1.0,
-        "slack": "tension-only",
-    },
-    "buoy": {
-        "hull": [[0, 0.6], [0.8, 2], [1.4, 2]],
-        "mass": 1200.0,
-        "point_masses": [{"mass": 30.0, "height": 3.5}],
-        "normal_drag": 0.8,
-        "added_mass": 0.8,
-        "axial_drag": 0.6,
-        "axial_added_mass": 0.8,
-    },
-    "current": {"speed": 1.0, "profile": "power"},
-    "time": {"end": 80.0, "step": 0.05, "scheme": "bdf2"},
-}
+ROPE = load_scene("steep-wave").to_dict()
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ RHO, G = 1025.0, 9.81
 SCENES = Path(dolfbuoy.__file__).parent / "scenes"
 #: Most iterations of Newton, as they were when the ways became one list.
 MOST = {
-    "articulated-column": 1, "power-cable": 13, "hose": 6, "calm-buoy": 3,
+    "articulated-column": 1, "power-cable": 13, "hose": 6, "calm-buoy": 3, "steep-wave": 3,
     "bridle": 2, "chain-on-bed": 4, "disc-buoy": 9, "driven": 2, "driven-slack": 3, "free-buoy": 1, "hanging-chain": 1,
     "jumper": 2, "jumper-waves": 2, "lazy-wave": 7, "long": 4, "long-bed": 4, "navigation-buoy": 68, "short": 4,
     "short-bed": 4, "spar": 1, "storm": 4, "subsurface-float": 4, "three-legs": 5, "towed-array": 5, "two-buoys": 5,
