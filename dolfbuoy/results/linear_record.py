@@ -238,7 +238,7 @@ def notes(dataset: xr.Dataset, scene: Scene) -> list[str]:
             + " in the order of the columns; mooring_across and total_across of stiffness.nc are without it."
         )
     found += on_friction(scene)
-    for name in dataset.data_vars.keys() & {"total", "vessel_mooring"}:
+    for name in (name for name in ("total", "vessel_mooring") if name in dataset):
         matrix = np.where(np.isfinite(dataset[name].values), dataset[name].values, 0.0)
         if np.abs(matrix - np.swapaxes(matrix, -1, -2)).max() > 1e-6 * np.abs(matrix).max():
             reason = "a moment about fixed axes" if name == "vessel_mooring" else "the quaternion's torques"
