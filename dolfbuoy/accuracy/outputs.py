@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..results.quantities import declared
+from ..results.sample import SMALLEST
 from ..results.series import Series, place_of, series_of
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> d
             name, part = ANCHOR, series.label.removeprefix(f"{ANCHOR} of ")
         else:
             name, _, part = place_of(series.label)
-        if name != ANCHOR and not declared(name).has_outputs:
+        if name not in (ANCHOR, SMALLEST) and not declared(name).has_outputs:
             continue
         kept = (series.t >= start - 1e-9 * max(abs(start), 1.0)) & (series.t <= end * (1 + 1e-9))
         if kept.sum() > 2 and not np.isinf(series.x[kept]).all():  # as the radius of a line that never bends

@@ -127,16 +127,20 @@ def check_names(scene: Scene) -> None:
     check_outputs(scene, scene.accuracy.of, "accuracy.of")
 
 
-def check_outputs(scene: Scene, names: Iterable[str], where: str) -> None:
-    """Refuse outputs (SERIES.NUMBER) that no run of the scene has.  Raises InputError, with what they are named in."""
+def check_outputs(scene: Scene, names: Iterable[str], where: str, also: Iterable[str] = ()) -> None:
+    """Refuse outputs (SERIES.NUMBER) that no run of the scene has.
+
+    also: quantities over other than time that have some there.  Raises InputError, with what they are named in.
+    """
     network = scene.network
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
-    there = [one for one in QUANTITIES.values() if one.over == "time" and not one.effort and one.kind not in missing]
+    timed = [one for one in QUANTITIES.values() if one.over == "time" or one.name in also]
+    there = [one for one in timed if not one.effort and one.kind not in missing]
     known = {label: one for one in there for label in (one.name, *(one.series("xyz") if "xyz" in one.dims else ()))}
     for name in names:
         series, _, number = name.rpartition(".")
         if number not in NUMBERS or not (series in known or (series == ANCHOR and network.cables)):
-            outputs = [label for label, one in known.items() if one.has_outputs]
+            outputs = [label for label, one in known.items() if one.has_outputs or label in also]
             near = get_close_matches(series or name, outputs, 3, 0.0)
             raise InputError(
                 f"{where} {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; near it are "

@@ -117,6 +117,26 @@ def envelope_of(record: xr.Dataset, scene: Scene) -> Envelope:
     return Envelope(least, mean, largest, float(begin), float(frames[-1]), len(rows))
 
 
+class Smallest:
+    """Smallest tension of each cable of a Problem, of the nodes of T as Extremes have them [N]."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, lines = problem, problem.lines
+        self._cables = len(problem.network.cables)
+        if lines is not None:
+            cable = np.array([piece.cable for piece in problem.network.pieces])[lines.line_of_cell]
+            self._dofs, self._cable = lines.T_dofs.ravel(), np.repeat(cable, lines.T_dofs.shape[1])
+
+    def now(self) -> dict[str, NDArray[Any]]:
+        """By its name in a record, of the present unknowns; nothing without lines.  Collective."""
+        if self._problem.lines is None:
+            return {}
+        found = np.full(self._cables, np.inf)
+        np.minimum.at(found, self._cable, self._problem.system.u[self._dofs])
+        self._problem.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MIN)
+        return {"smallest_tension": found}
+
+
 def minimum(record: xr.Dataset, name: str) -> NDArray[Any]:
     """Least `cable_tension` or `cable_position` of all steps of a run; of an equilibrium what it is."""
     kept = f"{name}_minimum"

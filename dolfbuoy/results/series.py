@@ -74,7 +74,9 @@ class Series:
 
     @cached_property
     def standard_deviation(self) -> float:
-        return math.sqrt(self._average((self.x - self.mean) ** 2))
+        """0 of what is constant but for rounding."""
+        found = math.sqrt(self._average((self.x - self.mean) ** 2))
+        return 0.0 if found <= 4 * np.finfo(float).eps * abs(self.x).max() else found
 
     @property
     def skewness(self) -> float:

@@ -20,6 +20,8 @@ from ..results.measured import window_start
 from ..results.observe import Observer
 from ..results.quantities import QUANTITIES, less
 from ..results.record import LABELS
+from ..results.running import Smallest
+from ..results.sample import SMALLEST
 from ..scene import Scene, load_scene
 from ..statics.equilibrium import solve_equilibrium
 from .parameters import STIFF, Parameter, parameters_of
@@ -63,7 +65,7 @@ def sensitivities(
     if not parameters:
         raise InputError("by: this scene has no number that anything has a derivative by.")
     if what == "run":
-        check_outputs(found, of or (), "--of")
+        check_outputs(found, of or (), "--of", (SMALLEST,))
     elif of:
         raise InputError("--of: goes with the outputs of a run.")
     make_ready(out, "sensitivity", found, comm)
@@ -132,7 +134,7 @@ def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MP
         problem = solve_equilibrium(one, comm, pool.problem)
         observer = Observer(problem)
         labels.update(observer.labels())
-        return observer.values(problem.end_forces())
+        return observer.values(problem.end_forces()) | Smallest(problem).now()
 
     try:
         values = rest(scene)
@@ -198,11 +200,13 @@ class _Notes:
 
     def __init__(self, simulation: Simulation) -> None:
         self.observer = Observer(simulation.problem, simulation.latest_end_forces)
+        self._smallest, self._least = Smallest(simulation.problem), list[Values]()
         self._rows: list[Any] = []
         self._parts: list[Values] = []
 
     def add(self) -> None:
         row = self.observer.note()
+        self._least.append(self._smallest.now())
         if row is not None:
             self._rows.append(row.copy())
         if len(self._rows) == ROWS:
@@ -215,11 +219,10 @@ class _Notes:
 
     def values(self) -> Values:
         self._make()
-        return (
-            {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
-            if self._parts
-            else {}
-        )
+        if not self._parts:
+            return {}
+        found = {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
+        return found | {name: np.array([one[name] for one in self._least]) for name in self._least[0]}
 
 
 def _dataset(scene, parameters, values, neighbours, labels, times=None):
@@ -227,7 +230,7 @@ def _dataset(scene, parameters, values, neighbours, labels, times=None):
     import xarray as xr
 
     above = () if times is None else ("time",)
-    names = {name: one for name, one in QUANTITIES.items() if name in values and one.over == "time" and not one.effort}
+    names = {name: one for name, one in QUANTITIES.items() if name in values and not one.effort}
     half = np.array([1 / (2 * p.distance * p.scale) for p in parameters])
     known = labels | LABELS | ({} if times is None else {"time": times})
     data = {name: ((*above, *one.dims), values[name], one.attributes()) for name, one in names.items()}

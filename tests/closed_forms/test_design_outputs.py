@@ -78,6 +78,15 @@ def test_the_smallest_tension_is_of_every_step(record):
     least = record.cable_tension_minimum.values.min()
     found = sample_of(record, RUN, start=0.0)["series"]["smallest_tension of cable"]
     assert found["minimum"] == found["mean"] == found["maximum"] == least
+    assert found["standard_deviation"] == 0
+
+
+@pytest.mark.parametrize("step", [np.array([0.0, 0.1, 0.4, 0.7]), np.linspace(0, 17, 1001)])
+def test_rounding_deviates_by_nothing(step):
+    """The mean of equal numbers is off by rounding, whose square root of squares is no deviation."""
+    assert Series("tension", step, np.full(len(step), 1537.3)).standard_deviation == 0
+    small = Series("tension", step, 1e-9 * np.cos(step)).standard_deviation
+    assert Series("tension", step, 1537.3 + 1e-9 * np.cos(step)).standard_deviation == pytest.approx(small, rel=1e-2)
 
 
 @pytest.mark.parametrize(

@@ -252,6 +252,32 @@ def test_outputs_are_those_of_runs():
     assert found.elasticity.values[0] == pytest.approx(expected * 0.9 / found.output_value.values, rel=2e-4)
 
 
+def test_the_smallest_tension_along_a_line():
+    """As extremes of runs of neighbours have it: what is least stays least, so that only its own tension counts."""
+    changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
+    found = dolfbuoy.sensitivities("short", ["current.speed"], ["smallest_tension.min"], **changes)
+    assert found.output.values.tolist() == ["smallest_tension.min"]
+    low, here, high = (
+        dolfbuoy.simulate("short", **changes, **{"current.speed": v}).cable_tension_minimum_after_ramp.values.min()
+        for v in (0.9 - 9e-5, 0.9, 0.9 + 9e-5)
+    )
+    late = found.isel(time=found.time.values >= 10 - 1e-9, cable=0)
+    row = int(late.smallest_tension.values.argmin())
+    assert late.smallest_tension.values[row] == pytest.approx(here, rel=1e-9)
+    assert late.d_smallest_tension.values[0, row] == pytest.approx((high - low) / 1.8e-4, rel=2e-4)
+    of_series = series_after(found[["smallest_tension"]], 10.0)["smallest_tension", "cable"]
+    assert found.output_value.item() == numbers_of(of_series)["min"] == pytest.approx(here, rel=1e-2)
+    assert found.d_output.item() == pytest.approx((high - low) / 1.8e-4, rel=5e-2)
+
+
+def test_the_smallest_tension_of_each_line_at_rest():
+    parameters = parameters_of(scene := dolfbuoy.load_scene("three-legs"), ["buoy.mass"])
+    found, record = of_equilibrium(scene, parameters), dolfbuoy.solve_static("three-legs")
+    tensions, cables = record.cable_tension.values.ravel(), record.cable_of_cell.values
+    expected = [tensions[cables == k].min() for k in range(3)]
+    assert found.smallest_tension.values == pytest.approx(expected, rel=1e-9)
+
+
 REFUSED = [
     (["cable.elements"], "is not a physical number"),
     (["time.step"], r"belongs to \[time\]"),
@@ -326,7 +352,7 @@ def test_command(call, tmp_path):
             ["--by", "buoy.mass", "--set", "time.end=0.2", "--of", "utilisation.max"],
             "--of utilisation.max: is of what this scene does not have, as utilisation without a breaking load.",
         ),
-        (["--by", "buoy.mass", "--of", "smallest_tension.min"], "--of smallest_tension.min: must be an output"),
+        (["--by", "buoy.mass", "--of", "smallest.min"], "--of smallest.min: must be an output"),
         (["--static", "--of", "tension_top.max"], "--of: goes with the outputs of a run."),
     ],
 )
