@@ -116,17 +116,21 @@ def _runs(scene):
     return remembered(made, scene.waves, scene.sea, scene.current, scene.gravity, "runs")
 
 
-#: (sections of a scene, which do not change, what was made of them): a run needs the same ones several times.
+#: (sections of a scene, which do not change, what was made of them), the latest used last: a run needs the same ones
+#: several times, and the waves of a response to many periods must not drive out the memory of its hull.
 _KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=32)
 
 
 def remembered(make: Callable[[], Any], *sections: Any) -> Any:
     """Return what was made of these very sections before, else make it."""
-    for known, found in _KNOWN:
+    for k, (known, found) in enumerate(_KNOWN):
         if len(known) == len(sections) and all(map(operator.is_, known, sections)):
-            return found
-    _KNOWN.append((sections, make()))
-    return _KNOWN[-1][1]
+            del _KNOWN[k]
+            break
+    else:
+        found = make()
+    _KNOWN.append((sections, found))
+    return found
 
 
 def _components_of(waves):
