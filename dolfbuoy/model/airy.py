@@ -123,8 +123,9 @@ _KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=32)
 
 def remembered(make: Callable[[], Any], *sections: Any) -> Any:
     """Return what was made of these very sections before, else make it."""
-    for k, (known, found) in enumerate(_KNOWN):
+    for k, (known, kept) in enumerate(_KNOWN):
         if len(known) == len(sections) and all(map(operator.is_, known, sections)):
+            found = kept
             del _KNOWN[k]
             break
     else:
