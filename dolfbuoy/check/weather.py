@@ -29,6 +29,7 @@ def of_weather(scene: Scene, report: "Report") -> None:
         if buoy.wind is not None and buoy.wind.gusts is not None:
             gusts = Gusts(buoy.wind, seed_of(scene, buoy.wind))
             about.add("standard deviation of the gusts", gusts.deviation, "m/s", f"at 10 m, by {buoy.wind.gusts}")
+    sections |= {f"{vessel.name}: wind": vessel.wind for vessel in scene.vessel or []}
     for name, section in sections.items():
         for key in ("over_time", "grid", "tide"):
             rows = getattr(section, key, None)

@@ -28,6 +28,8 @@ class Carried:
         self.simulation, self.vessel, scene = simulation, vessel, simulation.scene
         if vessel.motion is not None or vessel.raos is not None:
             raise InputError(f"driven = {vessel.name!r}: the scene moves it.")
+        if vessel.wind is not None:
+            raise InputError(f"driven = {vessel.name!r}: it has wind, whose force is known where the scene moves it.")
         half = math.radians(vessel.heading_deg) / 2
         self.path = Pose(simulation.t, [*vessel.position, math.cos(half), 0.0, 0.0, math.sin(half)])
         #: (piece, end) -> fairlead; and (take-off, end) -> fairlead.

@@ -75,9 +75,9 @@ def strongest(scene: Scene) -> np.ndarray:
     return np.asarray(found[np.linalg.norm(found, axis=1).argmax()])
 
 
-def wind_at(w: Wind, height: float) -> np.ndarray:
-    """Force of a section [wind] at a height over the water, Eq. (2) [N]."""
-    speed, direction = wind_over_time(w, None)(0.0)
+def wind_at(w: Wind, height: float, blows: tuple[float, np.ndarray] | None = None) -> np.ndarray:
+    """Force of a section [wind] at a height over the water, Eq. (2) [N]; blows: of `wind_over_time`, else at 0."""
+    speed, direction = blows or wind_over_time(w, None)(0.0)
     size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, speed, w.drag_coefficient, w.air_density, w.area)
     return size.evaluate(None, {}, (), {}) * direction  # calling it differentiates first: 30 ms
 

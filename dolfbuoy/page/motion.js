@@ -17,7 +17,7 @@ export class Recorded {
     this.bodies = view.buoys.map((buoy) => ({ position: unpack(buoy.position), orientation: unpack(buoy.orientation) }));
     for (const { ends } of view.devices) for (const end of ends) if (end.path) end.path = unpack(end.path);
     for (const vessel of view.vessels) if (vessel.path) vessel.path = unpack(vessel.path);
-    this.forces = view.forces.map((force) => ({ ...force, values: unpack(force.values) }));
+    this.forces = view.forces.map((force) => ({ ...force, values: unpack(force.values), path: force.path && unpack(force.path) }));
     this.tide = view.sea?.tide && unpack(view.sea.tide);
   }
 
@@ -84,8 +84,8 @@ export class Recorded {
     }
   }
 
-  force({ kind, values, ...where }, t, state) {
-    return { kind, at: placeOf(where, state), force: this.mixed(values, 3, t) };
+  force({ kind, values, path, ...where }, t, state) {
+    return { kind, at: path ? this.mixed(path, 3, t) : placeOf(where, state), force: this.mixed(values, 3, t) };
   }
 }
 

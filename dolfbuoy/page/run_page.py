@@ -93,7 +93,7 @@ def criteria(record: xr.Dataset, scene: Scene) -> Markup | None:
 def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """Data for the script of a run's page."""
     frames, parts = Frames(record, scene), parts_of(record, "cable", "buoy")
-    columns = columns_of([*parts, *parts_of(record, "take_off", "winch")])
+    columns = columns_of([*parts, *parts_of(record, "take_off", "winch", "vessel")])
     main = [values for *_, curves in columns for _, values in curves]
     count = rows_that_fit(record, parts, columns)
     rows = chosen_rows(main, count) if main else np.arange(record.sizes["time"])

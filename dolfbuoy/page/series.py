@@ -27,7 +27,7 @@ MOST_OF_SERIES = 1_250_000
 
 
 #: Kinds of parts whose panels are chosen together, by dimension; devices are all shown.
-KINDS = {"buoy": "buoy", "take_off": "device", "winch": "device"}
+KINDS = {"buoy": "buoy", "take_off": "device", "winch": "device", "vessel": "device"}
 
 
 class Panel(dict[str, Any]):

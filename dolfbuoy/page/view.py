@@ -52,6 +52,9 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
             drawn["path"] = coarse(np.array([shell.at(t) for t in record.time.values[rows]]))
     vectors = [force.vectors(rows) for force in frames.forces]
     found["forces"] = [_force(force) | {"values": coarse(v)} for force, v in zip(frames.forces, vectors, strict=True)]
+    for force, packed in zip(frames.forces, found["forces"], strict=True):
+        if force.path is not None:
+            packed["path"] = coarse(np.array([force.path(t) for t in record.time.values[rows]]))
     found["largestForce"] = max((float(np.linalg.norm(v, axis=-1).max()) for v in vectors), default=0.0)
     x, y = np.subtract(found["box"][1], found["box"][0])[:2]
     waves_deg = scene.waves.direction_deg if scene.waves else 0.0

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Numbers of an output, and their names before that of the series.
 NUMBERS = {"max": "largest", "min": "smallest", "mean": "mean", "std": "standard deviation of"}
 #: Dimensions over the parts that outputs are of.
-PARTS = ("cable", "buoy", "segment", "anchor", "take_off", "winch")
+PARTS = ("cable", "buoy", "segment", "anchor", "take_off", "winch", "vessel")
 #: Outputs that a summary shows; a page shows all.
 SHOWN = ("tension_top.max", "tension_anchor.max", "anchor.max", "cone_angle.max")
 

@@ -21,7 +21,7 @@ from ..scene.network import attached_ends
 from .devices import devices_of, winches_of
 from .hulls import Floating
 from .parts import names_of
-from .vessels import shells_of
+from .vessels import shells_of, winds_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,6 +59,7 @@ class Force(NamedTuple):
 
     kind: "outside" (wind and external force), "pulls" (an end of a line at a buoy) or "holds" (whatever holds an end).
     vectors: rows (n,) -> (n, 3) [N].  node: of the end.  buoy, arm: a number, and where it acts on it (3,), off C [m].
+    path: where it acts on a vessel over time [m].
     """
 
     kind: str
@@ -67,6 +68,7 @@ class Force(NamedTuple):
     node: int | None = None
     buoy: int | None = None
     arm: NDArray[Any] | None = None
+    path: Callable[[float], Any] | None = None
 
 
 def pieces_of(x: NDArray[Any], whole: NDArray[Any]) -> list[NDArray[Any]]:
@@ -122,7 +124,8 @@ class Frame:
         ends = itertools.chain.from_iterable(device.at(self) for device in self.run.devices)
         corners = itertools.chain.from_iterable(shell.at(self.time) for shell in self.run.shells)
         buoys = (buoy.at(height) for buoy in self.buoys for height in buoy.heights)
-        return np.array([*self.x, *buoys, *ends, *corners])
+        blown = (force.path(self.time) for force in self.run.forces if force.path is not None)
+        return np.array([*self.x, *buoys, *ends, *corners, *blown])
 
     def elevation(self, points: NDArray[Any]) -> NDArray[Any]:
         """Height of the water at points (..., 3) [m]."""
@@ -161,10 +164,12 @@ class Frame:
             np.any([np.zeros(x.shape[:-1], dtype=bool), *(buoy.in_hull(x) for buoy in self.buoys)], axis=0)
         )
 
-    def arrows(self, kind: str) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
-        """(name, where it acts [m], vector [N]) of the forces on buoys of a kind."""
+    def arrows(self, kind: str, box: Any = (-np.inf, np.inf)) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
+        """(name, where it acts [m], vector [N]) of the forces of a kind on buoys, and on vessels in a box."""
         row, places = np.array([self.row]), [(f, f.buoy, f.arm) for f in self.run.forces if f.kind == kind]
         on = [(f, self.buoys[k].place(arm)) for f, k, arm in places if k is not None and arm is not None]
+        on += [(f, np.array(f.path(self.time))) for f in self.run.forces if f.kind == kind and f.path is not None]
+        on = [(f, place) for f, place in on if f.path is None or np.all((place >= box[0]) & (place <= box[1]))]
         return [(f.name, place, f.vectors(row)[0]) for f, place in on]
 
 
@@ -278,6 +283,8 @@ class Frames:
             if wind:
                 arm = upright.arm(wind.height)
                 yield Force("outside", "wind force", self._wind(number, wind, arm), None, number, arm)
+        for number, one in enumerate(winds_of(self.scene).values() if "wind_force" in self.record else []):
+            yield Force("outside", "wind force", self._column("wind_force", number), path=one.place)
 
     def _force(self, section: ExternalForce) -> Callable[..., Any]:
         pulls = force_over_time(section)

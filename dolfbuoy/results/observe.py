@@ -30,6 +30,7 @@ from .quantities import over
 from .quantity import Absent
 from .record import FORMAT
 from .running import Utilisation, stressed
+from .vessels import winds_of
 
 if TYPE_CHECKING:
     from ..model.problem import Problem
@@ -53,7 +54,7 @@ class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, touchdown_moment, bend_utilisation,
-    buoy, mooring, water, joint, take_off, winch, place_tension.
+    buoy, mooring, water, joint, take_off, winch, wind, place_tension.
     """
 
     def __init__(
@@ -128,6 +129,8 @@ class Observer:
         self._stress = Utilisation(problem) if stressed(self.network) else None
         self._bending = Bending(problem) if self.network.bends else None
         self._wound = np.zeros(len(self.network.winches))
+        self._winds = winds_of(problem.scene, problem.dynamic)
+        self._blown = np.zeros((len(self._winds), 3))
         self.places = tuple(places)
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
@@ -174,6 +177,8 @@ class Observer:
             found["take_off"] = _joined(map(_all_of, here or [np.zeros(3)] * len(self.network.take_offs)))
         if self.network.winches:
             found["winch"] = _all_of(self._wound)
+        if self._winds:
+            found["wind"] = _all_of(self._blown, root)
         if self.network.joints:
             found["joint"] = _joined(map(self._place_of, self.network.joints))
         return found
@@ -223,6 +228,7 @@ class Observer:
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
         found |= {"joint": n.joints, "segment": stressed(n), "take_off": n.take_offs, "winch": n.winches}
+        found["vessel"] = self._winds
         found["place"] = [place.name for place in self.places]
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
@@ -256,11 +262,16 @@ class Observer:
             yield partial(device.note, self.problem.system.u)
         if self.network.winches:
             yield self._note_winches
+        if self._winds:
+            yield self._note_winds
 
     def _note_winches(self) -> None:
         for k, piece in enumerate(self.network.winches.values()):
             lines, number = self.problem.lines.holder(piece)
             self._wound[k] = lines.winch.length_of(number)
+
+    def _note_winds(self) -> None:
+        self._blown[:] = [wind.force(self.problem.time.item()) for wind in self._winds.values()]
 
     def _note_bed(self) -> None:
         """Length of each cable on the bed, and where its uppermost piece there leaves it."""

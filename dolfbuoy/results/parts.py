@@ -12,9 +12,9 @@ from .quantities import QUANTITIES
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Dimensions of what belongs to a cable, to a buoy, to an anchor, to a take-off and to a winch.
+#: Dimensions of what belongs to a cable, to a buoy, to an anchor, a take-off, a winch and a vessel.
 OWN = {"cable": {"cable", "segment", "node", "cell", "place"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
-OWN |= {"take_off": {"take_off"}, "winch": {"winch"}}
+OWN |= {"take_off": {"take_off"}, "winch": {"winch"}, "vessel": {"vessel"}}
 #: Dimensions of which a part of a record has its own, or none.
 _SHARED = {"attachment", "joint"}.union(*OWN.values())
 

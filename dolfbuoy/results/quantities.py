@@ -26,6 +26,7 @@ _buoy = of("buoy")
 _anchor = of("anchor")
 _take_off = of("take_off")
 _winch = of("winch")
+_vessel_vector = of("vessel xyz")
 _end_vector = of("attachment xyz")
 _ALL: tuple[Quantity, ...] = (
     _whole("time", "s", "time"),
@@ -314,6 +315,15 @@ _ALL: tuple[Quantity, ...] = (
         read=lambda n: n["winch"],
         curves=(Curve("unstretched length", "at the winch"),),
         summary="unstretched length by the winch",
+    ),
+    _vessel_vector(
+        "wind_force",
+        "N",
+        "force of the wind on the vessel",
+        read=lambda n: n.each("wind", 3),
+        shown={"statistics": "xy"},
+        curves=(Curve("wind force on vessels", "x", "x"), Curve("wind force on vessels", "y", "y")),
+        summary="wind force",
     ),
     _buoy_vector("linear_momentum", "kg m s-1", "linear momentum of the buoy, p", read=lambda n: n.motion.momentum),
     _buoy_vector(

@@ -34,8 +34,8 @@ class Quantity:
     dims: after `over`, which is "time", "frame", "run" (extremes of all steps), "sample" (made for statistics), or ""
     of what is known at the beginning.  read: values (..., *dims) of what is noted.
     shown: place of EVERYWHERE -> components ("" of a scalar); main: shown in all of them.
-    summary: what the table of a run calls its range; component: of a vector there.  at_ends: what that of an
-    equilibrium calls it with the names of the ends, {low} and {high}.
+    summary: what the table of a run calls its range; component: of a vector there, else its size.  at_ends: what that
+    of an equilibrium calls it with the names of the ends, {low} and {high}.
     figure: whether it has a figure of its own over time.  paraview: name of its field, without the unit.
     compared: what it is called where runs are compared.  peaks, cycles: components, or "" of a scalar, whose peaks or
     rainflow ranges are kept.  turning: an angle that goes on over 180 degrees.

@@ -39,6 +39,7 @@ LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
 LABELED |= {"place": "places of [fatigue], CABLE at WHERE or CABLE.NUMBER at WHERE"}
 LABELED |= {"anchor": "joints that are held, or CABLE.from or CABLE.to of other ends that are"}
 LABELED |= {"take_off": "names of the power take-offs", "winch": "cables with a winch, or segments, CABLE.NUMBER"}
+LABELED |= {"vessel": "names of the vessels with wind"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
 #: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.
 FORMAT = 2

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 #: Seconds for which a level has to be exceeded to count as lasting.
 LASTING = 1.0
 #: Dimensions of a record over its parts, and what stands before the name of a part in a label.
-OF = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place", "take_off", "winch")
+OF = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place", "take_off", "winch", "vessel")
 OF_PART = " of "
 #: Units of numbers that are not in the unit of their series.
 UNITS = {

@@ -124,7 +124,7 @@ FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "moori
 def _draw_forces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """Forces that push the buoys, and to a scale of its own the one that holds one; of several only the lines show."""
     pulls = now.arrows("pulls")
-    for arrows in (now.arrows("outside"), pulls if len(pulls) == 1 else []):
+    for arrows in (now.arrows("outside", box), pulls if len(pulls) == 1 else []):
         largest = max((float(np.linalg.norm(force)) for _, _, force in arrows), default=0.0)
         for name, point, force in (arrow for arrow in arrows if arrow[2].any()):
             scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())  # the largest is about a quarter of the box

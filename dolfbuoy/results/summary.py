@@ -42,8 +42,9 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
         rows += _named(part, _declared(part.record, "anchor"))
     for part in parts_of(record, "take_off"):
         rows += _named(part, [*_declared(part.record, "take_off"), _mean_power(part.record, scene)])
-    for part in parts_of(record, "winch"):
-        rows += _named(part, _declared(part.record, "winch"))
+    for kind in ("winch", "vessel"):
+        for part in parts_of(record, kind):
+            rows += _named(part, _declared(part.record, kind))
     for part in parts_of(record, "buoy"):
         z = part.record.buoy_position.sel(xyz="z")
         places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
@@ -136,7 +137,7 @@ def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
 
 
 #: Dimensions of the numbers and vectors of an equilibrium that are shown, in the order of the table; "": of the whole.
-_OF = ("cable", "anchor", "buoy", "take_off", "winch", "attachment", "")
+_OF = ("cable", "anchor", "buoy", "take_off", "winch", "vessel", "attachment", "")
 
 
 def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
@@ -205,7 +206,9 @@ def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
         if not quantity.summary or quantity.kind != kind or quantity.name not in record:
             continue
         values = record[quantity.name]
-        values = (values.sel(xyz=quantity.component) if quantity.component else values).dropna("time")
+        if "xyz" in values.dims:
+            values = values.sel(xyz=quantity.component) if quantity.component else np.sqrt((values**2).sum("xyz"))
+        values = values.dropna("time")
         if values.size:
             unit = {"1": ""}.get(quantity.unit, quantity.unit).replace("degree", "deg")
             rows.append(_range(quantity.summary, values, *unit_of(values, unit)))

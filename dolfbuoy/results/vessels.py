@@ -1,4 +1,4 @@
-"""Vessels in space: the box that stands for a vessel's hull, and where its corners are over time."""
+"""Vessels in space: the box that stands for a vessel's hull and its corners over time, and the wind on vessels."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..model.prescribed_ends import motion_of
+from ..model.sea import elevation_at, wind_at
+from ..model.varying import seed_of, wind_over_time
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..scene import Scene
     from .frame import Frames
 
 #: Corners of the six sides of a box, in the order of `corners_of`; and of its deck.
@@ -48,3 +51,30 @@ def shells_of(frames: Frames) -> Iterator[Shell]:
             tops = [box.held(name, frames.scene) for name in corners]
             moves = any(top.kind == "prescribed" for top in tops)
             yield Shell(vessel.name, tuple(map(motion_of, tops)), moves)
+
+
+class Blown(NamedTuple):
+    """Wind on a vessel over time: place where it acts [m], and force [N]."""
+
+    place: Callable[[float], Any]
+    force: Callable[[float], NDArray[Any]]
+
+
+def winds_of(scene: Scene, moving: bool = True) -> dict[str, Blown]:
+    """The wind on vessels by their names; moving: in a run, with waves and gusts, which an equilibrium has not."""
+    scene = scene if moving else scene.model_copy(update={"waves": None})
+    return {vessel.name: _wind_on(vessel, scene, moving) for vessel in scene.vessel or [] if vessel.wind is not None}
+
+
+def _wind_on(vessel: Any, scene: Scene, moving: bool) -> Blown:
+    wind = vessel.wind
+    point = vessel.model_copy(update={"fairleads": {"wind": (0.0, 0.0, wind.height)}})
+    place = motion_of(point.held("wind", scene))
+    blows = wind_over_time(wind, seed_of(scene, wind) if moving else None)
+
+    def force(t: float) -> NDArray[Any]:
+        x = np.array(place(t), dtype=float)
+        water = float(elevation_at(scene, t, x)) if scene.sea else 0.0
+        return wind_at(wind, x[2] - water, blows(t))
+
+    return Blown(place, force)

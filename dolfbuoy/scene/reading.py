@@ -233,6 +233,7 @@ FILES = frozenset(
         "seabed.depths",
         "vessel.motion",
         "vessel.raos",
+        "vessel.wind.over_time",
         "library",
         "current.over_time",
         "current.grid",

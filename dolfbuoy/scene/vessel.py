@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
 from . import quantities as q
+from .buoy import Wind
 from .cable import FASTEST, MOST_ROWS, EndDirection, Top, rising
 from .quantities import Wrong
 from .section import Section, key
@@ -33,6 +34,12 @@ Operators = Annotated[
 WIDEST = 90.0
 
 
+class WindOnVessel(Wind):
+    """Wind on a vessel, Eq. (2); it moves nothing."""
+
+    height: q.Height = key("height above the reference point, in its own frame, at which the force acts", "m")
+
+
 class Vessel(Section):
     """A rigid body that moves as it is told; lines end at its fairleads, and no force moves it."""
 
@@ -45,6 +52,7 @@ class Vessel(Section):
     hull: Box | None = key(
         "box in pictures, [length, breadth, height of keel, of deck] about its reference point", "m", default=None
     )
+    wind: WindOnVessel | None = None
     motion: Motions | None = key(
         "rows [t, x, y, z, roll, pitch, yaw] about rest (splines), or a file of them; absent: it rests",
         "s, m, deg",

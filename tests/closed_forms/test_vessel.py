@@ -14,10 +14,16 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy import InputError, Session, figures, load_scene, modes, simulate, solve_static
+from dolfbuoy.check.report import derived
 from dolfbuoy.model.prescribed_ends import direction_of, motion_of
 from dolfbuoy.model.riding import rider_of
+from dolfbuoy.model.sea import elevation_at
+from dolfbuoy.model.varying import Gusts
 from dolfbuoy.page.run_page import data_of
 from dolfbuoy.results.frame import Frames
+from dolfbuoy.results.series import series_of
+from dolfbuoy.results.summary import summary
+from dolfbuoy.results.vessels import winds_of
 from dolfbuoy.scene.cable import EndDirection
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}
@@ -96,6 +102,80 @@ def test_its_hull_is_drawn_where_it_is():
     assert not still.moves
     record.attrs["session"] = "driven: one.from, ship"
     assert Frames(record, scene).shells == []
+
+
+WIND = {"speed_10m": 20.0, "direction_deg": 50.0, "area": 300.0, "height": 6.0}
+WINDS = {
+    "speed_10m": 25.0,
+    "direction_deg": 80.0,
+    "area": 400.0,
+    "height": 8.0,
+    "drag_coefficient": 0.8,
+    "air_density": 1.3,
+    "over_time": [[0.0, 1.0, 0.0], [2.0, 0.5, 0.0]],
+}
+GUSTS = {"gusts": "kaimal", "turbulence": 0.15, "seed": 4, "ramp": 1.0}
+
+
+def blown(t, water=0.0, over_time=None, **keys):
+    """1/2 rho C A v10^2 (z/10)^(2/7) at the height over the water of a point of the vessel [N]."""
+    c = {"drag_coefficient": 1.0, "air_density": 1.225} | WIND | keys
+    z, angle = place([0.0, 0.0, c["height"]], t)[2] - water, np.radians(c["direction_deg"])
+    v = c["speed_10m"] * (1 - t / 4 if over_time else 1.0)
+    size = 0.5 * c["air_density"] * c["drag_coefficient"] * c["area"] * v**2 * (z / 10) ** (2 / 7)
+    return size * np.array([np.cos(angle), np.sin(angle), 0.0])
+
+
+@shows(*(f"vessel.wind.{key}" for key in WINDS))
+def test_wind_on_it():
+    """By hand, at a point that the vessel moves; lines do not feel it, a caller who moves it knows better."""
+    own = {"wind": WIND}
+    record, still = simulate(changed(**own)), simulate(SCENE)
+    expected = [blown(t) for t in record.time.values]
+    np.testing.assert_allclose(record.wind_force.sel(vessel="ship"), expected, rtol=1e-9, atol=1e-6)
+    np.testing.assert_array_equal(record.tension_top, still.tension_top)
+    assert "wind_force" not in still
+    np.testing.assert_allclose(solve_static(changed(**own)).wind_force[0], blown(0.0), rtol=1e-9, atol=1e-6)
+    for key, value in WINDS.items():
+        (found,) = winds_of(load_scene(changed(wind=WIND | {key: value}))).values()
+        for t in (0.0, 0.8, 1.7):
+            np.testing.assert_allclose(found.force(t), blown(t, **{key: value}), rtol=1e-5, atol=1e-6)
+    ends = derived(load_scene(changed(wind=WIND | {"over_time": [[0.0, 1.0, 0.0], [1.0, 2.0, 0.0]]}))).warnings
+    assert any("ship: wind.over_time ends at 1 s, before the run" in said for said in ends)
+    with pytest.raises(InputError, match="it has wind, whose force is known where the scene moves it"):
+        Session(changed(motion=None, **own), driven=["ship"])
+
+
+def test_its_wind_is_shown():
+    """In the table of a run, its statistics, the snapshot, and in the page at its place over time."""
+    record, scene = simulate(changed(wind=WIND)), load_scene(changed(wind=WIND))
+    sizes = [np.linalg.norm(blown(t)) / 1e3 for t in record.time.values]
+    (row,) = (row for row in summary(record, scene) if row[0] == "wind force")
+    assert [float(x) for x in row[1].split(" ... ")] == pytest.approx([min(sizes), max(sizes)], rel=1e-3)
+    assert "wind_force_y of ship" in {series.label for series in series_of(record)}
+    ((name, at, push),) = Frames(record, scene).at(0.8).arrows("outside")
+    assert name == "wind force"
+    np.testing.assert_allclose(at, place([0.0, 0.0, 6.0], 0.8), atol=1e-6)
+    np.testing.assert_allclose(push, blown(0.8), rtol=1e-9, atol=1e-6)
+    assert any("wind force" in text.get_text() for text in figures.snapshot(record).legends[0].get_texts())
+    (packed,) = (force for force in data_of(record, scene)["view"]["forces"] if force["kind"] == "outside")
+    for name, last in (("path", place([0.0, 0.0, 6.0], 2.0)), ("values", blown(2.0))):
+        numbers = np.frombuffer(base64.b64decode(packed[name]["data"]), "<i2") * packed[name]["scale"]
+        np.testing.assert_allclose((numbers + packed[name]["offset"])[-3:], last, atol=packed[name]["scale"])
+
+
+@shows(*(f"vessel.wind.{key}" for key in GUSTS))
+def test_its_wind_is_over_the_wave_and_has_gusts():
+    """The sum of a seed, in a run; the height is that over the water there."""
+    scene = load_scene(changed(wind=WIND | GUSTS) | {"waves": REGULAR})
+    (one,) = winds_of(scene).values()
+    gusts = Gusts(scene.vessel[0].wind, 4)
+    for t in (0.6, 1.9):
+        water = elevation_at(scene, t, place([0.0, 0.0, 6.0], t))
+        assert abs(water) > 0.1
+        np.testing.assert_allclose(one.force(t), blown(t, water, speed_10m=20.0 + gusts(t)), rtol=1e-5)
+    (steady,) = winds_of(scene, moving=False).values()
+    np.testing.assert_allclose(steady.force(1.5), blown(1.5), rtol=1e-5, atol=1e-6)
 
 
 def test_between_rows_they_are_there_to_the_fourth_order():
@@ -183,6 +263,7 @@ def test_a_file_is_read_with_the_scene(tmp_path, kind):
         ({"motion": [[1, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0, 0]]}, "must hold rows of growing time"),
         ({"hull": [12.0, 0.0, -1.5, 2.0]}, "must be [length, breadth, keel, deck], the first two above 0"),
         ({"hull": [12.0, 4.0, 2.0, -1.5]}, "and the deck over the keel"),
+        ({"wind": WIND | {"seed": 1}}, "seed = 1: goes with gusts"),
         ({"fairleads": {"bow": [5.0, 1.0, -1.0]}}, "must be one of the fairleads of ship: bow"),
     ],
 )

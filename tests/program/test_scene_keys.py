@@ -85,7 +85,7 @@ def test_every_section_is_described():
     sections = {key.name.split(".")[0] for key in KEYS if "." in key.name}
     definitions = Scene.model_json_schema()["$defs"]
     more = ("Top", "FailsAt", "PointMass", "Spectrum", "Segment", "Body", "BuoyStart", "EndDirection")
-    more += ("PotentialFlow", "Depths")  # in others
+    more += ("PotentialFlow", "Depths", "WindOnVessel")  # in others
     assert len(definitions) == len(sections) + len(more)
     assert set(more) - {"Spectrum"} <= set(definitions)
     assert all(10 < len(section["description"]) < 130 for section in definitions.values())
@@ -113,10 +113,11 @@ FLOATING = {
 
 
 UP = {"direction": [0.0, 0.0, 1.0]}
+WIND = {"wind": FLOATING["wind"]}
 NETWORK = {
     "material": {"rope": {"line_density": 2.0, "bending_stiffness": 1.0}},
     "joint": [{"name": "Y"}],
-    "vessel": [{"name": "ship", "position": [9.0, 0.0, 0.0], "fairleads": {"bow": [1.0, 0.0, 0.0]}}],
+    "vessel": [{"name": "ship", "position": [9.0, 0.0, 0.0], "fairleads": {"bow": [1.0, 0.0, 0.0]}, **WIND}],
     "cable": [
         {"name": "d", "material": "rope", "from": "Y", "to": "ship.bow", "length": 1.0},
         {
