@@ -118,14 +118,17 @@ def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
 def _show(dataset: "xr.Dataset", folder: Path) -> None:
     """Print its cases and the largest of their main quantities, of a power the mean."""
     from ..results.quantities import shown_in
-    from ..results.sample import LASTS
+    from ..results.sample import LASTS, SINGLE
     from ..results.series import LASTING, each_series
 
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     found = each_series(dataset, "maximum", shown_in("sweep"))
-    kinds = [("mean", "mean") if name in MEANS else ("max", "maximum") for _, name, _ in found]
+    kinds = [
+        ("", "maximum") if name in SINGLE else ("mean", "mean") if name in MEANS else ("max", "maximum")
+        for _, name, _ in found
+    ]
     shown = [
-        (f"{label} {short}", one[f"{name}_{kind}"])
+        (f"{label} {short}".strip(), one[f"{name}_{kind}"])
         for (label, name, one), (short, kind) in zip(found, kinds, strict=True)
     ]
     lasting = each_series(dataset, LASTS, [name for name in shown_in("sweep") if name.startswith("tension")])

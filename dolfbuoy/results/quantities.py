@@ -246,6 +246,12 @@ _ALL: tuple[Quantity, ...] = (
         compared="cone angle",
         peaks="",
     ),
+    of("buoy", "sample")(
+        "lean_at_start",
+        "degree",
+        "cone angle with which a run begins, at rest unless the buoy is thrown",
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+    ),
     _buoy(
         "roll",
         "degree",

@@ -39,8 +39,11 @@ if TYPE_CHECKING:
 #: Numbers of every recorded quantity over the whole run, and of every series after the ramp.
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
-#: The elevation at a point that stays where it is, and the smallest tension of a cable, as series; a number of forces.
-FIXED_POINT, SMALLEST, LASTS = "fixed_point_elevation", "smallest_tension", "lasting_maximum"
+#: The elevation at a point that stays where it is; a number of forces.
+FIXED_POINT, LASTS = "fixed_point_elevation", "lasting_maximum"
+#: Single numbers, as series: the smallest tension of a cable, the lean of a buoy; the number of each that sweeps have.
+SMALLEST, LEAN = "smallest_tension", "lean_at_start"
+SINGLE = {SMALLEST: "minimum", LEAN: "maximum"}
 
 #: Seconds of a year of 365.25 days.
 YEAR = 31557600.0
@@ -77,7 +80,7 @@ def sample_of(
     if point is None:
         place = network.pieces[0].ends[0].position if network.pieces else None
         point = next((track[0] for track in _tracks(record).values()), (place or (0.0, 0.0))[:2])
-    every = [*series_of(late), *_added(late, scene, point)]
+    every = [*series_of(late), *_single(late, record), *_elevation(late, scene, point)]
     peaked, cycled = chosen("peaks"), chosen("cycles")
     by_chance = scene.waves is not None and scene.waves.spectrum is not None  # only then there is a memory
     numbers = NUMBERS if by_chance else NUMBERS[:-1]
@@ -147,15 +150,24 @@ def _listed(pair: tuple[NDArray[Any], NDArray[Any]], bins: int | None) -> list[l
     return [[float(f"{x:.7g}") for x in column] for column in binned(*pair, bins)]
 
 
-def _added(late: xr.Dataset, scene: Scene, point: Sequence[float]) -> Iterator[Series]:
-    """Series that a record does not have; the smallest tension is one number."""
-    t = late.time.values
+def _single(late: xr.Dataset, record: xr.Dataset) -> Iterator[Series]:
+    """Series of the names of SINGLE, the one number at both ends of the time; late: what counts of a record."""
+    t = late.time.values[[0, -1]]
     every = "cable_tension_minimum"
     least = f"{every}_after_ramp" if f"{every}_after_ramp" in late else every
     for number, name in enumerate(names_of(late, "cable")) if least in late else ():
         smallest = late[least].values[late.cable_of_cell.values == number].min()
-        yield Series(f"{SMALLEST}{OF_PART}{name}", t[[0, -1]], np.full(2, smallest), abs(smallest))
+        yield Series(f"{SMALLEST}{OF_PART}{name}", t, np.full(2, smallest), abs(smallest))
+    if "cone_angle" in record and float(record.time[0]) == 0:
+        for name in names_of(record, "buoy"):
+            lean = float(record.cone_angle.sel(buoy=name)[0])
+            yield Series(f"{LEAN}{OF_PART}{name}", t, np.full(2, lean), lean)
+
+
+def _elevation(late: xr.Dataset, scene: Scene, point: Sequence[float]) -> Iterator[Series]:
+    """The series of the fixed point, in waves."""
     if scene.waves:
+        t = late.time.values
         eta = AirySum.of(scene).over_time(t, np.asarray(point))
         yield Series(FIXED_POINT, t, eta, 1e-9 * np.abs(eta).max())
 

@@ -24,7 +24,8 @@ from ..results import folder as folders
 from ..results.bars import by_label
 from ..results.record import read
 from ..results.recorder import Recorder, Unwritten
-from ..results.sample import SMALLEST, lives, numbers_of, sample_of
+from ..results.sample import SINGLE, lives, numbers_of, sample_of
+from ..results.series import place_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
 from ..version import now
@@ -56,8 +57,8 @@ def evaluate(
         with suppress(InputError):  # of a run that ends in its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
             for label, numbers in found["sample"]["series"].items():
-                if label.startswith(SMALLEST):
-                    found["statistics"][label] = {"minimum": numbers["minimum"]}
+                if (number := SINGLE.get(place_of(label).name)) is not None:
+                    found["statistics"][label] = {number: numbers[number]}
             for label, life in lives(found["sample"]).items():
                 found["statistics"].setdefault(label, {})["life"] = life
         found["cut"] = cautions.cut(record, scene)

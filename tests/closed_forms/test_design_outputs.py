@@ -13,6 +13,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import sample_of
 from dolfbuoy.results.series import Series
+from dolfbuoy.studies.one_case import evaluate
 
 RUN = load_scene(merged(MOORED, cable__elements=6, time={"end": 3.0, "step": 0.05}))
 
@@ -79,6 +80,18 @@ def test_the_smallest_tension_is_of_every_step(record):
     found = sample_of(record, RUN, start=0.0)["series"]["smallest_tension of cable"]
     assert found["minimum"] == found["mean"] == found["maximum"] == least
     assert found["standard_deviation"] == 0
+
+
+def test_the_lean_at_rest_is_that_of_the_first_instant(record):
+    """A number of the sample, of statistics and of cases of a sweep, beside the largest."""
+    found = sample_of(record, RUN, start=1.0)["series"]
+    first = float(record.cone_angle[0, 0])
+    assert found["lean_at_start of buoy"] | {"mean": first, "maximum": first} == found["lean_at_start of buoy"]
+    assert found["cone_angle of buoy"]["maximum"] == record.cone_angle.values[20:].max() != first
+    assert "lean_at_start of buoy" not in sample_of(record.isel(time=slice(20, None)), RUN, start=1.0)["series"]
+    case = evaluate({"changes": {"waves.ramp": 1.0}, "base": ""}, RUN)
+    assert case["statistics"]["lean_at_start of buoy"] == {"maximum": pytest.approx(first, rel=1e-12)}
+    assert case["statistics"]["cone_angle of buoy"]["maximum"] >= first
 
 
 @pytest.mark.parametrize("step", [np.array([0.0, 0.1, 0.4, 0.7]), np.linspace(0, 17, 1001)])
