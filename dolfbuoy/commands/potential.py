@@ -25,19 +25,22 @@ def potential(
     target: Annotated[Path | None, typer.Option("--out", help="File \\[default: SCENE's name, .nc].")] = None,
     buoy: Annotated[str | None, typer.Option("--buoy", help="Name of the buoy, of several.")] = None,
     around: Annotated[
-        int, typer.Option("--around", min=8, max=80, help="Panels around the axis of the coarse mesh.")
+        int,
+        typer.Option(
+            "--around", min=8, max=80, help="Panels around the axis of the coarse mesh; more where they are too few."
+        ),
     ] = 24,
     assign: SetOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Radiation and diffraction of a hull at its draft at rest, by Capytaine.  Example: dolfbuoy potential disc-buoy"""
-    from ..formats.capytaine import compute, write
+    from ..formats.capytaine import compute_usable, write
 
     if rank() != 0:
         return
     target = target if target is not None else Path(f"{Path(scene).stem}.nc")
     refuse_present([target], overwrite)
-    data = compute(_floating(load(scene, assign), buoy), around, say)
+    data = compute_usable(_floating(load(scene, assign), buoy), around, say)
     write(data, target)
     say(f"{target}: in the scene, [buoy] potential_flow = '{target.name}'")
 

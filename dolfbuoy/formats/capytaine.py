@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..meshes import HullShape
-from ..scene.potential_flow import DIFFRACTED, DOFS, MEAN_DRIFT, UNDISTURBED, WHOLE
+from ..scene.potential_flow import DIFFRACTED, DOFS, MEAN_DRIFT, UNDISTURBED, WHOLE, fault_of
 from .far_field import quadratic_forms
 
 #: Panels around the axis of the coarse mesh; power of their size that errors go with, measured on a truncated cylinder.
 AROUND, POWER = 24, 1.6
+#: How many of them at most, and times as many where a scene would refuse the coefficients.
+MOST_AROUND, REFINED = 80, 1.4
 #: Panels in place of each of the coarse mesh for infinite frequency, which is quick; the power near that size.
 FINEST, FINE_POWER = 4, 2.0
 #: Frequencies, in sqrt(g/R) of the largest wet radius R: steps up to the highest.
@@ -110,6 +112,22 @@ def compute(hull: Floating, around: int = AROUND, progress: Callable[[str], obje
         progress(f"{label}: the fine mesh is {100 * _apart(fine, data, name):.2g} % of the largest from what is kept")
     data.attrs = {"draft": hull.draft, "made_by": f"dolfbuoy with Capytaine {cpt.__version__}"}
     return data[list(NAMES)]
+
+
+def compute_usable(hull: Floating, around: int = AROUND, progress: Callable[[str], object] = print) -> xr.Dataset:
+    """As `compute`, with more panels until a scene takes the coefficients.
+
+    Meshes too coarse for short waves lie so far apart there that what is extrapolated may be a damping below zero.
+    Raises InputError also where MOST_AROUND panels are not enough.
+    """
+    while True:
+        data = compute(hull, around, progress)
+        if not (fault := fault_of(data)):
+            return data
+        if around >= MOST_AROUND:
+            raise InputError(f"A scene would refuse the coefficients of {around} panels around the axis: {fault}.")
+        now, around = around, min(MOST_AROUND, math.ceil(REFINED * around))
+        progress(f"A scene would refuse the coefficients of {now} panels around the axis: {fault}. Again with {around}")
 
 
 def write(data: xr.Dataset, path: Path) -> None:

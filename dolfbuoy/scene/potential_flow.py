@@ -7,7 +7,7 @@ radiation_damping, and excitation_force, or diffraction_force and Froude_Krylov_
 
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from . import quantities as q
 from .quantities import Wrong
@@ -107,6 +107,19 @@ def potential_flow_of(value: Any) -> Any:
         raise
     except Exception as error:  # netCDF4, HDF5 and xarray have errors of many kinds for a damaged file
         raise ValueError(f"its file must be a netCDF file of Capytaine ({str(error).rstrip('.')})") from None
+
+
+def fault_of(data: "xr.Dataset") -> str:
+    """The fault for which a scene refuses a file with these coefficients, in words; empty if there is none."""
+    try:
+        PotentialFlow.model_validate(_read(data))
+    except ValidationError as error:
+        first = error.errors()[0]
+        said = first.get("ctx", {}).get("error", first["msg"])
+        return f"{said.key} {said.allowed}" if isinstance(said, Wrong) else str(said)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def coefficients(data: "xr.Dataset") -> tuple[Any, ...]:

@@ -5,15 +5,19 @@ Source: areas and volumes of bodies of revolution; eigenfunction matching of a t
 
 import builtins
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from helpers import reference
 
+import dolfbuoy
 from dolfbuoy import load_scene
 from dolfbuoy.commands.potential import _floating
 from dolfbuoy.errors import InputError
-from dolfbuoy.formats.capytaine import Floating, compute, meridian
+from dolfbuoy.formats import capytaine
+from dolfbuoy.formats.capytaine import Floating, compute, compute_usable, meridian
 from dolfbuoy.meshes import HullShape
 
 CYLINDER = Floating(HullShape(((0.0, 2.0), (1.6, 2.0))), 0.8, 20.0, 1025.0, 9.81)
@@ -53,6 +57,53 @@ def test_without_capytaine(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", none)
     with pytest.raises(InputError, match=r"Capytaine is not installed: pip install 'dolfbuoy\[potential\]'"):
         compute(CYLINDER)
+
+
+@pytest.fixture
+def file():
+    path = Path(dolfbuoy.__file__).parent / "scenes" / "calm-buoy.nc"
+    with xr.open_dataset(path, engine="netcdf4") as data:
+        return data.load()
+
+
+def _below_zero(data):
+    """With a damping of heave below zero in the shortest wave."""
+    found, heave = data.copy(deep=True), {"influenced_dof": "Heave", "radiating_dof": "Heave"}
+    shortest = float(found.omega[np.isfinite(found.omega)].max())
+    largest = float(found.radiation_damping.sel(heave).max())
+    found.radiation_damping.loc[heave | {"omega": shortest}] = -0.2 * largest
+    return found
+
+
+def test_finer_where_a_scene_would_refuse(monkeypatch, file):
+    """The command's own rule is that of scenes: a damping below zero is not written."""
+    taken, said = [], []
+
+    def made(hull, around, progress):
+        taken.append(around)
+        return file if around > 40 else _below_zero(file)
+
+    monkeypatch.setattr(capytaine, "compute", made)
+    assert compute_usable(CYLINDER, 24, said.append) is file
+    assert taken == [24, 34, 48]
+    assert "of 34 panels around the axis: damping must not be below 0, as that of heave is" in said[1]
+
+
+def test_refused_where_the_finest_are_too_coarse(monkeypatch, file):
+    monkeypatch.setattr(capytaine, "compute", lambda *_: _below_zero(file))
+    with pytest.raises(InputError, match=r"of 80 panels around the axis: damping .* as that of heave is"):
+        compute_usable(CYLINDER, 60, lambda sentence: None)
+
+
+@pytest.mark.slow
+def test_a_keel_below_a_disc():
+    """Its damping of pitch nearly vanishes in short waves, where the meshes of the usual panels are too coarse."""
+    pytest.importorskip("capytaine", reason="Capytaine is optional: pip install 'dolfbuoy[potential]'")
+    shape, said = HullShape(((0.0, 0.6), (2.0, 0.6), (2.25, 3.0), (3.1, 3.0))), []
+    data = compute_usable(Floating(shape, 2.72, 25.0, 1025.0, 9.81), progress=said.append)
+    damping = data.radiation_damping.sel(influenced_dof="Pitch", radiating_dof="Pitch").values
+    assert damping.min() > -0.05 * damping.max()
+    assert sum("Again with 34" in sentence for sentence in said) == 1
 
 
 @pytest.mark.slow
