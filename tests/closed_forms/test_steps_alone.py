@@ -166,7 +166,7 @@ def test_as_many_modes_that_oscillate_as_were_asked_for(monkeypatch):
         asked.append(count)
         return [SimpleNamespace(kind=kind, k=k) for k, kind in enumerate(kinds[:count])]
 
-    found = SimpleNamespace(destroy=lambda: None)
+    found = SimpleNamespace(destroy=lambda: None, bodies={})
     monkeypatch.setattr(linear_api, "linearise", lambda *_: found)
     monkeypatch.setattr(linear_api, "lowest_modes", lowest)
     monkeypatch.setattr(linear_api, "dataset_of_modes", lambda _, chosen: given.append([m.k for m in chosen]) or "all")

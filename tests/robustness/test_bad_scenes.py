@@ -68,7 +68,7 @@ def _is_sentence(said):
 def test_a_hundred_are_read_or_refused():
     found, broken = ends(range(100))
     assert broken == []
-    assert min(found.values()) > 8
+    assert min(found.values()) >= 5
 
 
 @pytest.mark.slow
