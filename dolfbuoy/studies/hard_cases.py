@@ -21,7 +21,8 @@ from .study import Row, Table
 
 TESTS = Path(__file__).parents[2] / "tests" / "robustness"
 COLUMNS = {"name": "case", "asked": "asked", "must_show": "must show", "happened": "happened", "verdict": ""}
-QUIET = ("-q", "-p", "no:cacheprovider", "-m", "slow or not slow")
+#: Without the plugin that at the end of each run collects the garbage of the whole process, several times.
+QUIET = ("-q", "-p", "no:cacheprovider", "-p", "no:unraisableexception", "-m", "slow or not slow")
 
 
 def _pytest(*arguments: object) -> tuple[list[Any], list[Any]]:
