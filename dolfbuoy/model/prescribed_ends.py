@@ -20,8 +20,6 @@ from .splines import along_rows, spline
 def motion_of(top: Top) -> Callable[[float], list[float]]:
     """r_bnd(t) [m] of a scene's section cable.top, fixed or prescribed."""
     position = list(map(float, top.position))
-    if isinstance(top, Riding) and not top.scene.waves:  # as at rest
-        return lambda t: position
     if isinstance(top, Riding):
         from .riding import rider_of  # waves and vessels: only where there are any
 
@@ -63,8 +61,6 @@ def direction_of(clamp: EndDirection, beta: float = 0.0) -> Callable[[float], Ar
     """Unit direction of an end that is turned, and beta [s] times its rate, as a function of time; None where it
     stays."""
     path: Callable[[float], Any]
-    if isinstance(clamp, RidingDirection) and not clamp.scene.waves:
-        return None
     if isinstance(clamp, RidingDirection):
         from .riding import rider_of
 

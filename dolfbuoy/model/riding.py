@@ -24,12 +24,14 @@ class Rider:
     """
 
     def __init__(self, vessel: Vessel, scene: Scene):
-        sea, (x, y, _) = AirySum.of(scene), vessel.position
-        theta = sea.phase + sea.wavenumber * (sea.cosine * x + sea.sine * y)
-        towards = np.degrees(np.arctan2(sea.sine, sea.cosine)) - vessel.heading_deg
-        operators = _at(vessel, 2 * math.pi / sea.at_ground, towards)
-        self.vessel, self._ramp, self._frequency = vessel, sea.ramp, sea.at_ground
-        self._parts = operators * sea.amplitude * np.exp(-1j * theta)
+        self.vessel, self._ramp, self._frequency, self._parts = vessel, 0.0, np.zeros(0), np.zeros((6, 0))
+        if scene.waves is not None:  # statics and small motions take them away
+            sea, (x, y, _) = AirySum.of(scene), vessel.position
+            theta = sea.phase + sea.wavenumber * (sea.cosine * x + sea.sine * y)
+            towards = np.degrees(np.arctan2(sea.sine, sea.cosine)) - vessel.heading_deg
+            operators = _at(vessel, 2 * math.pi / sea.at_ground, towards)
+            self._ramp, self._frequency = sea.ramp, sea.at_ground
+            self._parts = operators * sea.amplitude * np.exp(-1j * theta)
         self._latest: tuple[float | None, Array] = (None, np.zeros(6))
         self._tide = tide_of(scene)
         self._given = along_rows(vessel.motion, vessel.ramp) if vessel.motion else lambda t: np.zeros(6)

@@ -85,7 +85,7 @@ def _highest(scene: Scene, top: Top) -> float:
     """Height of a held end over a run [m]."""
     if isinstance(top, Riding):
         given = max([0.0, *(row[3] for row in top.vessel.motion or [])])
-        return top.position[2] + given + (rider_of(top).rise(top.own) if scene.waves else 0.0)
+        return top.position[2] + given + rider_of(top).rise(top.own)
     z = top.position[2] + abs(top.amplitude[2] if top.amplitude else 0.0)
     if top.motion:
         z += max(0.0, *(row[3] for row in top.motion))
