@@ -267,6 +267,11 @@ class Layout(Pieces):
         if self.moment_dofs is not None:
             u[self.moment_dofs[nodes]] = 0.0
 
+    def set_moment(self, u: np.ndarray, moment: Callable, line: int = 0) -> None:
+        """Interpolate m(s) -> (n, 3) of a piece that bends into the local unknowns u."""
+        nodes = self.nodes_of[line]
+        u[self.part.slice][self.moment_dofs[nodes]] = moment(self.node_s[nodes] - self.begins[line])
+
     def mean_tension(self, u: np.ndarray) -> np.ndarray:
         """Average of T on each owned cell [N]."""
         return u[self.part.slice][self.T_dofs] @ self._averaging

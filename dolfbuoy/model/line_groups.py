@@ -74,6 +74,7 @@ class LineGroups(Pieces, Model):
     when_accepted, begin, stop = _listed("when_accepted"), _of_all("begin"), _of_all("stop")
     hold, let_go, follow_water = _of_all("hold"), _of_all("let_go"), _of_all("follow_water")
     publish_points, owns_end, set_shape = _of_all("publish_points"), _of_piece("owns_end", 0), _of_piece("set_shape")
+    set_moment = _of_piece("set_moment")
     weight_of, grounded, anchor_tension = _of_piece("weight_of"), _of_piece("grounded"), _of_piece("anchor_tension")
     scene = property(lambda self: self.groups[0].scene)
     bed = property(lambda self: self.groups[0].bed)  #: one of several, on the same plane

@@ -379,7 +379,10 @@ class Lines(Layout, Masses):
             # Rounding of EI r'' was measured as 4 EI L over the squared distance of nodes.
             dofs, between = first + self.moment_dofs.ravel(), h / max(c.position_degree for c in self.sections)
             noise = 10 * EI * L / between**2 if self.dynamic else 0.0
-            blocks.append(Block("cable moment", dofs, EI / L, EI * share, of_shape=noise, unit="N m"))
+            # At rest that behind a clamp, of a line which a typical tension straightens.
+            clamped = not self.dynamic and any(end.clamp for piece in self.pieces for end in piece.ends)
+            size = max(EI / L, math.sqrt(EI * force) if clamped else 0.0)
+            blocks.append(Block("cable moment", dofs, size, EI * share, of_shape=noise, unit="N m"))
         return blocks
 
     def one_sided_rows(self, force: float) -> OneSidedRows:

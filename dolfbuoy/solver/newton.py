@@ -5,8 +5,7 @@ Newton's increments shrink by a factor instead of squaring.  Such an iteration c
 or less, so that keeping them pays while the factor is small.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,15 +36,14 @@ class SolverOptions:
     """
 
     def __init__(self, scene: dict[str, Any] | None = None) -> None:
-        self.scene, self.whole_steps = dict(scene or {}), False
+        self.scene = dict(scene or {})
         self._in_database: list[str] = []
         # a number in a prefix makes PETSc look up every option twice
         self._prefix = f"dolfbuoy_{''.join(chr(ord('a') + int(digit)) for digit in str(id(self)))}_"
 
     def apply(self, snes: Any) -> None:
         """Let a SNES read them.  Raises InputError for what PETSc refuses."""
-        search = "basic" if self.whole_steps else "bt"
-        db, options = PETSc.Options(), {"snes_linesearch_type": search, **self.scene}
+        db, options = PETSc.Options(), {"snes_linesearch_type": "bt", **self.scene}
         snes.setOptionsPrefix(self._prefix)
         self._in_database = [self._prefix + key for key in options]
         for key, value in zip(self._in_database, options.values(), strict=True):
@@ -150,17 +148,6 @@ class Newton:
         """
         self.begin()
         return self.end()
-
-    @contextmanager
-    def whole_steps(self) -> Iterator[None]:
-        """Without a line search, unless the scene's own options have one."""
-        self.options.whole_steps = True
-        self.options.apply(self.snes)
-        try:
-            yield
-        finally:
-            self.options.whole_steps = False
-            self.options.apply(self.snes)
 
     def approach(self, most: int) -> tuple[int, bool]:
         """At most so many iterations from `u`, which then holds where they ended: their number, and whether that is a

@@ -29,6 +29,7 @@ from .adrift import floating_height, places_adrift
 from .catenary import Array
 from .first_shape import given_ends, given_shapes, points_of
 from .on_bed import Bed
+from .rods import Bent, bend
 
 UPRIGHT, OVERTURNED = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0, 0.0])
 #: A slack line that nothing draws apart is drawn apart by this part of its weight: its fold needs a width.
@@ -47,13 +48,17 @@ class Start(NamedTuple):
         problem, u, lines = self.problem, self.problem.system.u, self.problem.lines
         floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
         for k, shape in enumerate(self.shapes[: len(problem.network.pieces)]):
-            lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
+            if isinstance(shape, Bent):
+                lines.set_shape(u, shape.position, shape.tension, k)
+                lines.set_moment(u, shape.moment, k)
+            else:
+                lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
         for a in problem.attachments:
             u[a.slice] = np.concatenate(self.end(a.piece, a.end))
             if a.clamp:
                 clamp: Any = problem.network.pieces[a.piece].ends[a.end].clamp
                 way = rotation_of(self.poses[str(problem.network.pieces[a.piece].ends[a.end].name)]) @ clamp.unit
-                u[a.clamp.slice] = [*way, 0.0, 0.0, 0.0]
+                u[a.clamp.slice] = [*way, *self.moment(a.piece, a.end)]
         for device in problem.take_offs:
             places = self.device(device.name)
             T, _ = device.section.at_rest(float(np.linalg.norm(places[1] - places[0])))
@@ -81,6 +86,11 @@ class Start(NamedTuple):
         """(place [m], force of the line there [N]) of an end of a piece."""
         s = np.array([self.problem.network.pieces[piece].section.length * end])
         return self.shapes[piece].position(s)[0], self.shapes[piece].force(s)[0] * (-1 if end else 1)
+
+    def moment(self, piece: int, end: int) -> Array:
+        """m at an end of a piece [N m]."""
+        shape = self.shapes[piece]
+        return shape.moments[-end] if isinstance(shape, Bent) else np.zeros(3)
 
 
 def given_start(problem: Problem) -> Start:
@@ -119,7 +129,7 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
                 raise
             network = replace(network, surface=None)
             found = still.solve(network)
-        if c is not None and problem.lines and not varies(c) and not problem.network.bends:
+        if c is not None and problem.lines and not varies(c):
             network, found = _in_stream(
                 problem, network, found, lambda drags: easier(still_network(problem, poses, pressure, drags))
             )
@@ -128,33 +138,13 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
             if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
                 network = replace(network, joints=joints)
                 found = still.solve(network)
-        return Start(problem, _cantilevers(problem, found.shapes), poses)
+        shapes = bend(problem.network, found, poses) if problem.network.bends else found.shapes
+        return Start(problem, shapes, poses)
 
     start = rest()
     overturned = [name for name in poses if _overturns(start, name)]
     poses |= dict.fromkeys(overturned, OVERTURNED)
     return rest() if overturned else start
-
-
-def _cantilevers(problem: Problem, shapes: Sequence[still.Shape]) -> Sequence[still.Shape]:
-    """Shapes of all pieces; a cable that bends, one end held in a direction and nothing at the other, is straight."""
-    network, found = problem.network, list(shapes)
-    alone = {name for name, ends in network.meetings().items() if len(ends) == 1}
-    for numbers in map(network.pieces_of, range(len(network.cables))):
-        pieces = [network.pieces[k] for k in numbers]
-        length = sum(piece.section.length for piece in pieces)
-        for held, other, begin in (
-            (pieces[0].ends[0], pieces[-1].ends[1], 0.0),
-            (pieces[-1].ends[1], pieces[0].ends[0], length),
-        ):
-            loose = other.kind == "free" or other.name in alone
-            if held.held and held.clamp and loose and all(piece.section.bending_stiffness for piece in pieces):
-                top: Any = held.top
-                way, place, at = np.array(held.clamp.unit), np.array(top_position(top, 0.0)), 0.0
-                for k, piece in zip(numbers, pieces, strict=True):
-                    found[k] = still.Drawn(partial(_straight, place + (at - begin) * way, way))
-                    at += piece.section.length
-    return found
 
 
 def _straight(place: Array, way: Array, s: Array) -> Array:

@@ -18,6 +18,7 @@ from ..model.problem import Problem
 from ..solver.unknowns import array_of
 from .damped import Scale, approach, relax
 from .network import Network
+from .rods import angle_between, turned
 from .start import closed_form
 
 #: A compressed element counts if its T is below this part of the largest tension.
@@ -26,8 +27,6 @@ ROUNDING = 1e-9
 SAME = 1e-6
 #: Angle [rad] by which the direction of an end may differ from that of a start, for Newton to find the nearest shape.
 FAR = 1.0
-#: Whole steps of Newton's method after which it is given up.
-STRAIGHT = 12
 
 
 class Way(NamedTuple):
@@ -120,18 +119,14 @@ def directly(problem: Problem) -> None:
                 if not (size := np.linalg.norm(high - low)):
                     raise SolveError("the start has elements of no length: give a shape by initial.points")
                 way, to = (high - low) / size, direction.value.copy()
-                turns.append((direction, way, to, float(np.arccos(np.clip(way @ to, -1.0, 1.0)))))
+                turns.append((direction, way, to, angle_between(way, to)))
     if problem.comm.allreduce(max((angle for *_, angle in turns), default=0.0), op=max) < FAR:
         newton(problem)
         return
 
     def turn(x: float) -> None:
-        for direction, way, to, angle in turns:
-            across = to - (way @ to) * way
-            if (size := np.linalg.norm(across)) < 1e-9:  # towards any side
-                across = np.cross(way, np.eye(3)[np.abs(way).argmin()])
-                size = np.linalg.norm(across)
-            direction.value[:] = np.cos(x * angle) * way + np.sin(x * angle) * across / size
+        for direction, way, to, _ in turns:
+            direction.value[:] = turned(way, to, x)
 
     march(problem, turn)
 
@@ -145,16 +140,6 @@ def by_current(problem: Problem) -> None:
             sea.scale_current(x)
 
     march(problem, scale)
-
-
-def by_whole_steps(problem: Problem) -> None:
-    """From the start at once, without a line search: residuals of stiff lines far from their directions at clamps grow
-    before they shrink."""
-    with problem.newton.whole_steps():
-        iterations, solved = problem.newton.approach(STRAIGHT)
-    if not solved:
-        raise SolveError(f"no solution within {STRAIGHT} whole steps")  # farther it may come to rest anywhere
-    problem.iterations += iterations
 
 
 def by_bending(problem: Problem) -> None:
@@ -293,7 +278,6 @@ MOTIONS = (
 #: In the order in which they are tried.
 WAYS = (
     Way("newton", directly),
-    Way("whole steps", by_whole_steps, lambda problem: problem.network.bends),
     *(
         Way(f"large steps{more}", partial(by_approach, first=first), lambda problem: problem.law is not None)
         for more, first in (("", 1.0), (", smaller first", 0.1))

@@ -330,17 +330,42 @@ def test_soft_lines_are_cables():
     assert "curvature" not in solve_static(cable)
 
 
-@pytest.mark.parametrize(("stiffness", "most"), [(1e-6, 3), (1.0, 6), (1e2, 8), (1e4, 10), (1e6, 10)])
-def test_newton_from_the_cable(stiffness, most):
-    """Clamps 52 degrees off the catenary, far more elements than the layer there needs: without a way round for any EI;
-    where the line search would stay behind, by whole steps.  The stiffest has the force of Kirchhoff's equations."""
-    problem = solve_equilibrium(load_scene(clamped_catenary(320, 2, stiffness)), MPI.COMM_SELF)
-    assert problem.route in ("newton", "whole steps")
-    assert problem.iterations <= most
-    force = np.linalg.norm(problem.end_force(0, 1))
+#: Scenes with this EI, 0: without.
+FROM_CABLES = {
+    "driven": lambda EI: load_scene("driven", cable={"bending_stiffness": EI}),
+    "lazy-wave": lambda EI: load_scene("lazy-wave", cable={"bending_stiffness": EI}),
+    **{f"clamped, {n}": lambda EI, n=n: load_scene(clamped_catenary(n, 2, EI, EI > 0)) for n in (40, 320)},
+}
+
+
+def at_rest(scene):
+    """(Newton's iterations, force at the upper end [N]); never by another way than Newton's from the start."""
+    problem = solve_equilibrium(scene, MPI.COMM_SELF)
+    assert problem.route == "newton"
+    found = problem.iterations, np.linalg.norm(problem.end_force(0, 1))
     problem.destroy()
-    if stiffness == 1e6:
-        assert force == pytest.approx(math.hypot(bent.hanging(stiffness)[0], 12000.0), rel=1e-7)
+    return found
+
+
+@pytest.mark.parametrize("name", FROM_CABLES)
+def test_newton_needs_half_as_many_iterations_again_as_for_the_cable(name):
+    """For any EI, with clamps 52 degrees off the catenary too, on elements from far longer to far shorter than the
+    layer there: the start knows the stiffness.  The stiffest has the force of Kirchhoff's equations."""
+    cable, _ = at_rest(FROM_CABLES[name](0.0))
+    for EI in 10.0 ** np.arange(-6, 7, 3 if name == "lazy-wave" else 1):
+        iterations, force = at_rest(FROM_CABLES[name](EI))
+        assert iterations <= 1.5 * cable, EI
+    if name == "clamped, 320":
+        assert force == pytest.approx(math.hypot(bent.hanging(1e6)[0], 12000.0), rel=1e-7)
+
+
+def test_moments_at_rest_are_as_exact_as_elements_have_them():
+    """Where Newton's method ends by the size of a clamp's moment, a hundred times as strict a solve changes nothing."""
+    strict = {"solver": {"step_tolerance": 1e-12}}
+    for EI in (1.0, 1e3, 1e5):
+        rest, better = (solve_static(clamped_catenary(120, 2, EI) | more) for more in ({}, strict))
+        moments = better.cable_moment.values
+        assert rest.cable_moment.values == pytest.approx(moments, abs=1e-8 * np.abs(moments).max())
 
 
 def test_a_soft_clamp_is_felt_by_the_root_of_its_stiffness():

@@ -1,0 +1,251 @@
+"""Lines that bend, under the loads of their cables and between the same ends: where Newton's method starts for them.
+
+A cable hangs along its force F(s).  A line that bends carries F + c under the same loads, with one vector c, 0 where an
+end is loose: its directions t make
+
+    1/2 EI |t'|^2 - (F + c) . t
+
+stationary, with c the multiplier of the chord between its ends.  Here t is that of rigid links with
+springs between them, two for every node of an element; Newton's method turns them, with a matrix that is banded but for
+the three columns of c.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import SolveError
+from ..meshes import cable_nodes
+from ..model.prescribed_ends import direction_of
+from ..model.rigid import rotation_of
+from ..scene.network import End, Network, Piece
+from .catenary import Array
+from .network import Rest
+
+#: Links of an element, times its degree.
+LINKS = 2
+#: Most turns of all links, the largest of one of them [rad], and what is none.
+MOST, LARGEST, NONE = 40, 1.0, 1e-6
+#: Change of the force at an end, as a part of the largest one, by which a buoy or a joint there would move far.
+FELT = 0.1
+
+
+@dataclass(frozen=True)
+class Bent:
+    """Shape of a piece (`network.Shape`) that bends: its cable's, and in the ends `s` of its links the places,
+    tensions and moments m [N m]; more: the force c along it beside the cable's [N]."""
+
+    cable: Any
+    more: Array
+    s: Array
+    places: Array
+    tensions: Array
+    moments: Array
+
+    def position(self, s: Any) -> Array:
+        return _between(s, self.s, self.places)
+
+    def force(self, s: Any) -> Array:
+        return np.asarray(self.cable.force(s) + self.more)
+
+    def tension(self, s: Any) -> Array:
+        return np.interp(s, self.s, self.tensions)
+
+    def moment(self, s: Any) -> Array:
+        """m(s), shape (n, 3) [N m]."""
+        return _between(s, self.s, self.moments)
+
+
+def _between(s: Any, at: Array, values: Array) -> Array:
+    return np.stack([np.interp(s, at, column) for column in values.T], axis=-1)
+
+
+def turned(way: Array, to: Array, x: float) -> Array:
+    """Direction at a part x of the turn from one to another, to any side where they are opposite."""
+    angle = angle_between(way, to)
+    across: Array = to - (way @ to) * way
+    if (size := np.linalg.norm(across)) < 1e-9:
+        across = np.cross(way, np.eye(3)[np.abs(way).argmin()])
+        size = np.linalg.norm(across)
+    return np.asarray(np.cos(x * angle) * way + np.sin(x * angle) * across / size)
+
+
+def angle_between(way: Array, to: Array) -> float:
+    """Angle between two directions [rad]."""
+    return float(np.arccos(np.clip(way @ to, -1.0, 1.0)))
+
+
+def bend(network: Network, rest: Rest, poses: dict[str, Array]) -> list[Any]:
+    """Shapes of all pieces, bent where they have a stiffness, hang, and a shape is found; poses: of the buoys."""
+    shapes, found, bed = rest.shapes, list(rest.shapes), rest.network.bed
+    for numbers in _chains(network, rest.lying):
+        try:
+            chain = _Chain(network, [network.pieces[k] for k in numbers], [shapes[k] for k in numbers], poses)
+            bent = chain.bend()
+        except (SolveError, np.linalg.LinAlgError):
+            continue  # the cable's has to do
+        if bed is None or all(bed.height_above(place) >= 0 for shape in bent for place in shape.places[1:-1]):
+            for k, shape in zip(numbers, bent, strict=True):
+                found[k] = shape
+    return found
+
+
+def _chains(network: Network, lying: Array) -> Iterator[list[int]]:
+    """Numbers of pieces that bend, lie nowhere and go on into each other without a hinge."""
+    for cable in range(len(network.cables)):
+        run: list[int] = []
+        for k in network.pieces_of(cable):
+            bends = network.pieces[k].section.bending_stiffness and not lying[k]
+            if not (bends and run and network.pieces[k].ends[0].name in network.welds):
+                if run:
+                    yield run
+                run = []
+            if bends:
+                run = [*run, k]
+        if run:
+            yield run
+
+
+@dataclass(frozen=True)
+class _Links:
+    """Links of these lengths [m] under these forces [N], with springs [N m] at their ends, all but the inner of which
+    turn the line towards `ways`; chord: what they lead over, None where an end is loose."""
+
+    lengths: Array
+    forces: Array
+    springs: Array
+    ways: Array
+    chord: Array | None
+
+    def settled(self, t: Array) -> tuple[Array, Array]:
+        """(directions, c) at rest, from directions.  Raises SolveError, LinAlgError."""
+        c = np.zeros(3)
+        for _ in range(MOST):
+            turn, more = self._turn(t, c)
+            size = np.linalg.norm(turn, axis=1, keepdims=True)
+            part = min(1.0, LARGEST / max(size.max(), NONE))
+            t = np.cos(part * size) * t + part * np.sinc(part * size / np.pi) * turn
+            t /= np.linalg.norm(t, axis=1, keepdims=True)
+            c = c + part * more
+            if size.max() < NONE:
+                return t, c
+        raise SolveError(f"links still turn after {MOST} iterations")
+
+    def _turn(self, t: Array, c: Array) -> tuple[Array, Array]:
+        """Newton's turn of each link, across it, and his change of c."""
+        from scipy.linalg import solve_banded  # slow to import
+
+        k, across, n = self.springs, _across(t), len(t)
+        pull = self.lengths[:, None] * (self.forces + c)
+        pull[1:] += k[1:-1, None] * t[:-1]
+        pull[:-1] += k[1:-1, None] * t[1:]
+        pull[[0, -1]] += k[[0, -1], None] * self.ways
+        band, columns = np.zeros((7, 2 * n)), np.zeros((2 * n, 4))
+        band[3] = np.repeat(np.einsum("ni,ni->n", pull, t), 2)
+        beside = -k[1:-1, None, None] * across[:-1] @ across[1:].transpose(0, 2, 1)
+        for i, j in np.ndindex(2, 2):
+            row, column = 2 * np.arange(n - 1) + i, 2 * np.arange(1, n) + j
+            band[3 + row - column, column] = band[3 + column - row, row] = beside[:, i, j]
+        columns[:, 0] = np.einsum("nij,nj->ni", across, pull).ravel()
+        columns[:, 1:] = (self.lengths[:, None, None] * across).reshape(2 * n, 3)
+        free, more = solve_banded((3, 3), band, columns), np.zeros(3)
+        if self.chord is not None:
+            by_c = columns[:, 1:].T @ free
+            more = np.linalg.solve(by_c[:, 1:], self.chord - self.lengths @ t - by_c[:, 0])
+        turn = free @ [1.0, *more]
+        return np.einsum("ni,nij->nj", turn.reshape(n, 2), across), more
+
+
+def _across(t: Array) -> Array:
+    """Two unit vectors across each direction, shape (n, 2, 3)."""
+    first = np.cross(t, np.eye(3)[np.abs(t).argmin(axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(t, first)], axis=1)
+
+
+class _Chain:
+    """Pieces of a line, one behind the other, in the shapes of their cables; straight where only one end is held, in a
+    direction."""
+
+    def __init__(self, network: Network, pieces: Sequence[Piece], shapes: Sequence[Any], poses: dict[str, Array]):
+        self.shapes, ends = shapes, (pieces[0].ends[0], pieces[-1].ends[1])
+        self.s = [_ends_of_links(piece.section) for piece in pieces]
+        alone = {name for name, there in network.meetings().items() if len(there) == 1}
+        self.moves = any(end.kind in ("joint", "buoy") for end in ends)
+        self.loose = [end.kind == "free" or end.name in alone for end in ends]
+        ways = [_direction(end, poses) for end in ends]  # None: pinned, or that of the cable at a weld
+        steps = self._steps(ways)
+        lengths = np.linalg.norm(steps, axis=1)
+        if not lengths.all():
+            raise SolveError("the cable has folds of no length")
+        self.t = steps / lengths[:, None]
+        forces = self._of_pieces(lambda shape, s: shape.force((s[1:] + s[:-1]) / 2))
+        given = [t if way is None else way for t, way in zip(self.t[[0, -1]], ways, strict=True)]
+        chord = None if any(self.loose) else steps.sum(axis=0)
+        self.links = _Links(lengths, forces, 1 / self._flexibility(network, pieces), np.array(given), chord)
+
+    def _of_pieces(self, what: Callable[[Any, Array], Array]) -> Array:
+        """Numbers of all links."""
+        return np.concatenate([what(shape, s) for shape, s in zip(self.shapes, self.s, strict=True)])
+
+    def _steps(self, ways: Sequence[Array | None]) -> Array:
+        """Links as vectors, as they begin [m]."""
+        held = [way for way, loose in zip(ways, self.loose, strict=True) if way is not None and not loose]
+        if any(self.loose) and held:
+            return self._of_pieces(lambda _, s: np.multiply.outer(np.diff(s), held[0]))
+        return self._of_pieces(lambda shape, s: np.diff(shape.position(s), axis=0))
+
+    def _flexibility(self, network: Network, pieces: Sequence[Piece]) -> Array:
+        """Turn per moment at the ends of all links, infinite in a hinge [1/(N m)]."""
+        halves = zip(self.s, pieces, strict=True)
+        of_halves = np.concatenate([np.diff(s) / 2 / piece.section.bending_stiffness for s, piece in halves])
+        found = np.append(of_halves, 0.0) + np.append(0.0, of_halves)
+        for place, end in ((0, pieces[0].ends[0]), (-1, pieces[-1].ends[1])):
+            if end.clamp is None and end.name not in network.welds:
+                found[place] = np.inf
+            elif end.clamp and end.clamp.rotational_stiffness:
+                found[place] += 1 / end.clamp.rotational_stiffness
+        return np.asarray(found)
+
+    def bend(self) -> list[Bent]:
+        """The pieces bent; ends that are far from their directions are turned there by and by."""
+        links, t, begins = self.links, self.t, self.t[[0, -1]]
+        turns = int(np.ceil(max(map(angle_between, begins, links.ways)) / LARGEST)) or 1
+        for k in range(1, turns + 1):
+            ways = [turned(way, to, k / turns) for way, to in zip(begins, links.ways, strict=True)]
+            t, c = replace(links, ways=np.array(ways)).settled(t)
+        if self.moves and np.linalg.norm(c) > FELT * np.linalg.norm(links.forces, axis=1).max():
+            raise SolveError("what holds an end would go away")
+        return list(self._pieces(t, c))
+
+    def _pieces(self, t: Array, c: Array) -> Iterator[Bent]:
+        links, first = self.links, 0
+        moments = links.springs[:, None] * np.diff(np.vstack([links.ways[:1], t, links.ways[1:]]), axis=0)
+        places = np.vstack([np.zeros(3), np.cumsum(links.lengths[:, None] * t, axis=0)])
+        end = -1 if self.loose[0] else 0
+        places += self.shapes[end].position(self.s[end][[end]]) - places[end]
+        tensions = np.einsum("ni,ni->n", links.forces + c, t)
+        for shape, s in zip(self.shapes, self.s, strict=True):
+            T, ends = tensions[first : first + len(s) - 1], slice(first, first + len(s))
+            T = np.concatenate([[1.5 * T[0] - 0.5 * T[1]], (T[1:] + T[:-1]) / 2, [1.5 * T[-1] - 0.5 * T[-2]]])
+            yield Bent(shape, c, s, places[ends], T, moments[ends])
+            first += len(s) - 1
+
+
+def _ends_of_links(section: Any) -> Array:
+    """Unstretched lengths at which the links of a piece end [m]."""
+    nodes, count = cable_nodes(section.length, section.elements, section.grading), LINKS * section.position_degree
+    links = np.arange(count * (len(nodes) - 1) + 1) / count
+    return np.interp(links, np.arange(len(nodes)), nodes)
+
+
+def _direction(end: End, poses: dict[str, Array]) -> Array | None:
+    """Direction of an end, None where it is pinned."""
+    if end.clamp is None:
+        return None
+    if end.kind == "buoy":
+        return np.asarray(rotation_of(poses[str(end.name)]) @ end.clamp.unit)
+    path = direction_of(end.clamp)
+    return np.asarray(end.clamp.unit if path is None else path(0.0))
