@@ -245,6 +245,13 @@ typedef struct {                /* lengths of vectors whose three components are
     ptrdiff_t n;
 } vectors;
 
+typedef struct {                /* the smallest of each group of values, and at most the bound */
+    const double *values;
+    const int *places, *firsts; /* the first place of each group, and of one more */
+    int groups;
+    double bound, *out;
+} smallest;
+
 typedef struct {                /* a regular wave */
     const double *t;
     double size, ramp, phase, frequency;
@@ -292,7 +299,7 @@ void advance_swing(const void *context);
 void spin(const void *context);
 void make_unit(const void *context);
 void do_all(const void *context);
-double smallest(const double *values, const int *places, int count, double bound);
+void find_smallest(const void *context);
 
 /* -- waves.c: sums over wave components, at a point ---------------------------------------------------------------------- */
 
@@ -402,6 +409,53 @@ typedef struct {                /* a sum of components: scale Re(transfer exp(i 
 
 void diffract(void *context, double *values);
 void drift(void *context, double *values);
+
+/* -- bed.c: lines on a sea bed -------------------------------------------------------------------------------------------- */
+
+typedef struct {                /* points of cells: values there are those of the basis times those at nodes */
+    int cells, points, nodes;
+    const double *basis;        /* (points, nodes) */
+    const int *dofs;            /* (cells, nodes, 3) */
+} on_cells;
+
+typedef struct {
+    const double *normal, *level;   /* gap = normal . r - level */
+} plane;
+
+typedef struct {
+    on_cells at;
+    plane plane;
+    const double *u;            /* positions; dofs are places in it and in `history` */
+    const double *gamma, *history;  /* velocity = gamma u + history; gamma NULL: at rest */
+    const double *stiffness, *damping, *sag, *stick, *coefficient;  /* of each cell; of friction: one */
+    double *holds;              /* where friction holds on, numbers at `places` (cells, points, 3) */
+    const int *places;
+} friction;
+
+enum {LENGTH, LEAVES, TOUCHDOWN, SAG = 5, COMES, FOOT, LYING = 10};     /* numbers of a line: see GroundedLength */
+
+typedef struct {                /* a line, its cells and their points in order */
+    on_cells at;
+    plane plane;
+    const double *u;            /* NULL: gaps and places are there already */
+    const double *s;            /* of the points */
+    const bool *presses;        /* points of a cell at which there is contact */
+    double begin;
+    double *gaps, *places, *out;
+    bool *bridged;              /* room */
+} lying;
+
+typedef struct {
+    const double *pieces;       /* what `find_lying` found for each */
+    const int *firsts;          /* piece of each cable, and of one more */
+    int cables;
+    double *rows;               /* of each cable: length, touchdown */
+    int *last;                  /* piece that leaves the bed there */
+} lying_cables;
+
+void drag_along(const void *context);
+void find_lying(const void *context);
+void sum_lying(const void *context);
 
 /* To here. */
 

@@ -150,11 +150,14 @@ void do_all(const void *context)
         W->works[k].call(W->works[k].context);
 }
 
-double smallest(const double *values, const int *places, int count, double bound)
+void find_smallest(const void *context)
 {
-    for (int k = 0; k < count; ++k)
-        bound = values[places[k]] < bound ? values[places[k]] : bound;
-    return bound;
+    const smallest *S = context;
+    for (int k = 0; k < S->groups; ++k) {
+        S->out[k] = S->bound;
+        for (int i = S->firsts[k]; i < S->firsts[k + 1]; ++i)
+            S->out[k] = fmin(S->out[k], S->values[S->places[i]]);
+    }
 }
 
 static const double PI = 3.141592653589793;

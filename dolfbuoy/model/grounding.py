@@ -1,12 +1,14 @@
 """Lines on the sea bed: contact at the points of their quadrature, and the length that lies."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from dolfinx import fem
 
 from ..scene.cable import Cable
 from ..solver import compat
+from ..solver.vector_ops import work
 from .contact import ContactParameters, hardness, has_friction, parameters_of_line
 from .seabed import Bed
 
@@ -21,8 +23,15 @@ class GroundedLength(NamedTuple):
     s: float  #: arc length at which it leaves the bed towards s = L [m]; -inf if nothing lies
     touchdown: np.ndarray  #: that point [m]; nan if nothing lies
     sag: float  #: deepest penetration [m]
-    first: float = np.inf  #: arc length at which it leaves the bed towards s = 0 [m]; inf if nothing lies
-    foot: np.ndarray = np.full(3, np.nan)  #: that point [m]; nan if nothing lies
+    first: float  #: arc length at which it leaves the bed towards s = 0 [m]; inf if nothing lies
+    foot: np.ndarray  #: that point [m]; nan if nothing lies
+
+    SIZE = 10  #: numbers
+
+    @classmethod
+    def of(cls, row: np.ndarray) -> "GroundedLength":
+        """Made of these numbers one behind the other, as the core has them."""
+        return cls(float(row[0]), float(row[1]), row[2:5], float(row[5]), float(row[6]), row[7:10])
 
 
 class Points:
@@ -46,13 +55,20 @@ class Points:
         power = np.arange(ends.shape[1])
         self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
 
-    def of(self, values: np.ndarray, nodes: np.ndarray | None = None) -> np.ndarray:
-        """Values at the points of all cells, or those with these nodes, shape (cells, points, 3), of values (n, 3)."""
-        return self._basis @ values[self.nodes if nodes is None else nodes]
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Values at the points of all cells, shape (cells, points, 3), of values (n, 3)."""
+        return self._basis @ values[self.nodes]
 
-    def scalars(self, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        """Values at the points of the cells with these nodes, shape (cells, points), of values (n,)."""
-        return values[nodes] @ self._basis.T
+    def in_c(self, dofs: np.ndarray) -> dict[str, Any]:
+        """The same for the core; dofs: places of the values at the nodes of cells, (cells, nodes, 3)."""
+        cells, nodes, _ = dofs.shape
+        return {
+            "cells": cells,
+            "points": len(self._basis),
+            "nodes": nodes,
+            "basis": self._basis,
+            "dofs": np.ascontiguousarray(dofs, dtype=np.int32),
+        }
 
 
 class Seabed(Bed):
@@ -70,11 +86,8 @@ class Seabed(Bed):
         if self.held is not None:
             self._place = 3 * compat.cell_dofs(self.held.function_space)[..., None] + np.arange(3)
         self.soundings = Points(lines, positions, degree, with_nodes=True)
-        #: Nodes of each line, which of these its own cells have, from its start on, and where their soundings are.
-        self._along, at = [], self.soundings
-        for nodes, cells in zip(lines.nodes_of, lines.cells_of, strict=True):
-            cells = cells[np.argsort(at.s[cells, 0])]
-            self._along.append((nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]))
+        #: Cells of each line from its start on.
+        self._along = [cells[np.argsort(self.soundings.s[cells, 0])] for cells in lines.cells_of]
 
     def parameters_of(self, section: Cable) -> ContactParameters:
         scene = self.model.scene
@@ -99,6 +112,26 @@ class Seabed(Bed):
     def at(self, values: np.ndarray) -> np.ndarray:
         return self.points.of(values[self.model.node_dofs])
 
+    def when_accepted(self, u: np.ndarray) -> list[Callable]:
+        if self.held is None or self.ground is not None:
+            return super().when_accepted(u)
+        model, names = self.model, ("stiffness", "damping", "sag", "stick")
+        fields = {name: np.ravel(values) for name, values in zip(names, self.parameter_values(), strict=True)}
+        if model.dynamic:
+            fields |= {"gamma": model.gamma_v.value, "history": model.history_v.x.array}
+        fields |= {
+            "at": self.points.in_c(model.node_dofs[self.points.nodes]),
+            "plane": self._plane(),
+            "u": u[model.part.slice],
+            "coefficient": self.friction.value,
+            "holds": self.held.x.array,
+            "places": self._place.astype(np.int32),
+        }
+        return [work("drag_along", "friction", fields)]
+
+    def _plane(self):
+        return {"normal": self.normal.value, "level": self.level.value}
+
     # -- numbers -------------------------------------------------------------------------------------------------------
 
     def grounded(self, u: np.ndarray, line: int = 0) -> GroundedLength:
@@ -107,43 +140,38 @@ class Seabed(Bed):
         All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
         what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
         """
-        s, g, position = self._sound(u, line)
-        bridged = _bridged((g < 0) & self.soundings.presses)
-        s, g = s.ravel(), g.ravel()
-        lower, upper = np.minimum(g[:-1], g[1:]), np.maximum(g[:-1], g[1:])
-        below = np.maximum(-lower, 0.0) / np.maximum(upper - lower, 1e-300)  # part on which a linear gap is negative
-        share = np.where(bridged | (upper <= 0), 1.0, below)
-        length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
-        if not len(lies):
-            return GroundedLength(length, -np.inf, np.full(3, np.nan), sag)
-        low, high = lies[0], lies[-1]
+        row = np.zeros(GroundedLength.SIZE)
+        self.lying(u, row, line)()
+        return GroundedLength.of(row)
 
-        def point(k, x):
-            place = (1 - x) * position(k) + x * position(k + 1)
-            return float((1 - x) * s[k] + x * s[k + 1] - self.model.begins[line]), place
+    def lying(self, u: np.ndarray, out: np.ndarray, line: int = 0) -> Callable[[], object]:
+        """Function that puts the numbers of `GroundedLength` of a line into `out`."""
+        if self.ground is not None or self.model.comm.size > 1:
+            return lambda: self._sound(u, out, line)
+        cells, at = self._along[line], self.soundings
+        dofs = self.model.node_dofs[at.nodes[cells]]
+        return self._judge(at.s[cells], line, out, {"u": u[self.model.part.slice], "dofs": dofs})
 
-        first, foot = point(low, 0.0 if bridged[low] or g[low] < 0 else 1 - share[low])
-        last, touchdown = point(high, 1.0 if bridged[high] or g[high] >= 0 else share[high])
-        return GroundedLength(length, last, touchdown, sag, first, foot)
+    def _judge(self, s, line, out, given):
+        """Function of `lying`; s: (cells, points).  given: u and dofs, or gaps and places."""
+        dofs = given.pop("dofs", np.zeros((len(s), 0, 3)))
+        fields = {
+            "at": self.soundings.in_c(dofs),
+            "plane": self._plane(),
+            "s": s,
+            "presses": self.soundings.presses,
+            "begin": float(self.model.begins[line]),
+            "gaps": np.zeros(s.size),
+            "places": np.zeros(3 * s.size),
+            "bridged": np.zeros(s.size, bool),
+        }
+        return work("find_lying", "lying", fields | {"out": out} | given)
 
-    def _sound(self, u, line):
-        """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""
-        (nodes, of_cells, s), at = self._along[line], self.soundings
-        r = u[self.model.part.slice][self.model.node_dofs[nodes]]
-        g = at.scalars(self.gap(r), of_cells)
-        if self.model.comm.size == 1:
-            return s, g, lambda k: at.of(r, of_cells[k // s.shape[1]])[k % s.shape[1]]
-        every = zip(*self.model.comm.allgather((s, g, at.of(r, of_cells))), strict=True)
-        s, g, places = (np.concatenate(part) for part in every)
+    def _sound(self, u, out, line):
+        """The same on several ranks, and over a bed that is no plane."""
+        cells, at = self._along[line], self.soundings
+        places = at.of(u[self.model.part.slice][self.model.node_dofs])[cells]
+        every = zip(*self.model.comm.allgather((at.s[cells], self.gap(places), places)), strict=True)
+        s, gaps, places = (np.concatenate(part) for part in every)
         order = np.argsort(s[:, 0])
-        places = places[order].reshape(-1, 3)
-        return s[order], g[order], lambda k: places[k]
-
-
-def _bridged(touches):
-    """Mask of the intervals between the points (cells, points) that have a touching point near on both sides."""
-    at, change = np.flatnonzero(touches), np.zeros(touches.size, int)
-    near = np.diff(at // touches.shape[1]) <= 1
-    change[at[:-1][near]] += 1
-    change[at[1:][near]] -= 1
-    return np.cumsum(change)[:-1] > 0
+        self._judge(s[order], line, out, {"gaps": gaps[order], "places": places[order]})()

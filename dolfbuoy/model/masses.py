@@ -78,4 +78,4 @@ class Masses(Model):
             self.bed.begin(u)
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
-        return [lambda: self.bed.accept(u)] if self.bed is not None else []
+        return self.bed.when_accepted(u) if self.bed is not None else []

@@ -111,7 +111,8 @@ class Problem:
             self.newton.numbers.fast = FAST
         if self.lines and self.lines.turnable.any():
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
-            self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
+            self._least = np.zeros(1)
+            self._find_least = smallest(self.system.u, [of_cells], 0.0, self._least)
             self._bearable = self._pushed_half_flat()
             self.newton.fault = self._inside_out
 
@@ -131,7 +132,8 @@ class Problem:
 
     def _inside_out(self):
         """Message if 1 + T/EA < 0 somewhere, a root that |r'| = |1 + e| has too; None if there is no such element."""
-        if allreduce(self.comm, self._smallest_tension(), MPI.MIN) >= self._bearable:
+        self._find_least()
+        if allreduce(self.comm, self._least[0], MPI.MIN) >= self._bearable:
             return None
         stretch = allreduce(self.comm, self.lines.smallest_stretch(self.system.u), MPI.MIN)
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"

@@ -102,10 +102,12 @@ class Bed:
         if self.held is not None:
             self.hold(self.at(u[self.model.part.slice]))
 
+    def when_accepted(self, u: np.ndarray) -> list[Callable]:
+        """Functions that are called when a step was taken."""
+        return [] if self.held is None else [lambda: self.accept(u)]
+
     def accept(self, u: np.ndarray) -> None:
         """A step was taken: where friction pulls more than it can, it slides after the model."""
-        if self.held is None:
-            return
         model, mu, speed = self.model, self.coefficients(), 0.0
         r = self.at(u[model.part.slice])
         n = self.normals(r)

@@ -20,11 +20,12 @@ from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
-from ..solver.vector_ops import picked, together, traced
+from ..solver.vector_ops import copies, picked, together, traced
 from ..version import __version__, now
 from .attitude import roll_pitch_yaw
 from .bending import Bending
 from .design import Design
+from .grounded import Grounded
 from .places import Place
 from .quantities import over
 from .quantity import Absent
@@ -124,10 +125,10 @@ class Observer:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
         self._design = Design(problem.scene)
-        self._lying, self._lifting = np.zeros((len(self.network.cables), 4)), np.zeros(len(self.network.cables))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
         self._bending = Bending(problem) if self.network.bends else None
+        self._grounded = Grounded(problem, self._bending)
         self._wound = np.zeros(len(self.network.winches))
         self._winds = winds_of(problem.scene, problem.dynamic)
         self._blown = np.zeros((len(self._winds), 3))
@@ -150,13 +151,13 @@ class Observer:
             if self.places:
                 found["place_tension"] = _joined(map(self._tension_near, self.places))
             if problem.lines.bed is not None:
-                found["bed"] = _all_of(self._lying, root)
+                found["bed"] = _all_of(self._grounded.rows, root)
             if self._stress is not None:
                 found["utilisation"] = _all_of(self._stress.values, root)
             if self._bending is not None:
                 found["bending"] = _all_of(self._bending.values, root)
                 if problem.lines.bed is not None:
-                    found["touchdown_moment"] = _all_of(self._lifting, root)
+                    found["touchdown_moment"] = _all_of(self._grounded.moments, root)
                 if self._bending.limited:
                     found["bend_utilisation"] = _all_of(self._bending.utilisation, root)
         if self.network.buoys:
@@ -248,12 +249,18 @@ class Observer:
         self.comm.Reduce(self._row, total)
         return total if self.comm.rank == 0 else None
 
+    def noting(self, out: NDArray[Any]) -> Callable[[], object]:
+        """Function that puts the numbers of `note` into `out`, zeros on other ranks."""
+        if self.comm.size == 1:
+            return together(self._take, copies([(out, self._row)]))
+        return lambda: np.copyto(out, 0.0 if (row := self.note()) is None else row)
+
     def _notes(self) -> Iterator[Callable[[], object]]:
         """Functions that bring up to date what is not among the unknowns."""
         if self._wet:
             yield from (self.problem.system.read_given, self._wet.in_c())
         if "bed" in self._places:
-            yield self._note_bed
+            yield from self._grounded.notes()
         if self._stress is not None:
             yield self._stress.note
         if self._bending is not None:
@@ -272,18 +279,6 @@ class Observer:
 
     def _note_winds(self) -> None:
         self._blown[:] = [wind.force(self.problem.time.item()) for wind in self._winds.values()]
-
-    def _note_bed(self) -> None:
-        """Length of each cable on the bed, and where its uppermost piece there leaves it."""
-        lines: Any = self.problem.lines
-        u = self.problem.system.u
-        for cable, row in enumerate(self._lying):
-            pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
-            found = [(lines.grounded(u, piece), piece) for piece in pieces]
-            last, piece = next((pair for pair in reversed(found) if pair[0].length > 0), found[-1])
-            row[:] = sum(one.length for one, _ in found), *last.touchdown
-            if self._bending is not None:
-                self._lifting[cable] = self._bending.moment_at(piece, last.s) if last.length > 0 else 0.0
 
     def values_of(self, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """Quantities at instants (..., numbers of `note`), without time and solver."""

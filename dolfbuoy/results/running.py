@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..elsewhere import MPI
 from ..errors import InputError
 from ..scene.network import Network
 from ..scene.settings import ramp_of
-from ..solver.vector_ops import lengths, together, widening
+from ..solver.vector_ops import lengths, smallest, together, widening
 from .after_ramp import AFTER, after_ramp
 from .bending import Bending, places_of_moments
 from .series import mean_over_time
@@ -120,21 +121,27 @@ def envelope_of(record: xr.Dataset, scene: Scene) -> Envelope:
 class Smallest:
     """Smallest tension of each cable of a Problem, of the nodes of T as Extremes have them [N]."""
 
+    NAME = "smallest_tension"  #: in a record
+
     def __init__(self, problem: Problem) -> None:
         self._problem, lines = problem, problem.lines
-        self._cables = len(problem.network.cables)
+        self.width = len(problem.network.cables) if lines is not None else 0
         if lines is not None:
             cable = np.array([piece.cable for piece in problem.network.pieces])[lines.line_of_cell]
-            self._dofs, self._cable = lines.T_dofs.ravel(), np.repeat(cable, lines.T_dofs.shape[1])
+            self._groups = [lines.T_dofs[cable == k] for k in range(self.width)]
+
+    def noting(self, out: NDArray[Any]) -> Callable[[], object]:
+        """Function that puts those of the present unknowns into `out`.  Collective."""
+        if not self.width:
+            return lambda: None
+        find, comm = smallest(self._problem.system.u, self._groups, math.inf, out), self._problem.comm
+        return find if comm.size == 1 else lambda: (find(), comm.Allreduce(MPI.IN_PLACE, out, op=MPI.MIN))
 
     def now(self) -> dict[str, NDArray[Any]]:
         """By its name in a record, of the present unknowns; nothing without lines.  Collective."""
-        if self._problem.lines is None:
-            return {}
-        found = np.full(self._cables, np.inf)
-        np.minimum.at(found, self._cable, self._problem.system.u[self._dofs])
-        self._problem.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MIN)
-        return {"smallest_tension": found}
+        found = np.zeros(self.width)
+        self.noting(found)()
+        return {self.NAME: found} if self.width else {}
 
 
 def minimum(record: xr.Dataset, name: str) -> NDArray[Any]:

@@ -23,6 +23,7 @@ from ..results.record import LABELS
 from ..results.running import Smallest
 from ..results.sample import SMALLEST
 from ..scene import Scene, load_scene
+from ..solver.vector_ops import together
 from ..statics.equilibrium import solve_equilibrium
 from .parameters import STIFF, Parameter, parameters_of
 
@@ -103,22 +104,18 @@ def of_run(
         for p in parameters:
             leader = tangents[0] if tangents else None
             tangents.append(Tangent(run, lambda x, p=p: p.scene_at(scene, x), neighbour, p.distance, leader))
-        simulations = [run, *(one.simulation for t in tangents for one in (t.below, t.above))]
-        noted = [_Notes(one) for one in simulations]
-        times = [0.0]
-        for notes in noted:
-            notes.add()
+        notes, times = _Notes([run, *(one.simulation for t in tangents for one in (t.below, t.above))]), [0.0]
+        notes.add()
         for _ in run.run():
             times.append(run.t)
-            for notes in noted:
-                notes.add()
+            notes.add()
             if fault := next((t.fault for t in tangents if t.fault), ""):
                 raise SolveError(fault)
             interruption.check()
             if progress is not None:
                 progress(run)
-        labels = noted[0].observer.labels()
-        values, *neighbours = [notes.values() for notes in noted]
+        labels = notes.observers[0].labels()
+        values, *neighbours = notes.values()
     finally:
         for one in (*tangents, run.problem):
             one.destroy()
@@ -196,33 +193,39 @@ KINDS: dict[str, Any] = {"run": of_run, "static": of_equilibrium, "modes": of_mo
 
 
 class _Notes:
-    """Quantities of a Simulation at the instants at which they were noted."""
+    """Quantities of Simulations at the instants at which they were noted."""
 
-    def __init__(self, simulation: Simulation) -> None:
-        self.observer = Observer(simulation.problem, simulation.latest_end_forces)
-        self._smallest, self._least = Smallest(simulation.problem), list[Values]()
-        self._rows: list[Any] = []
-        self._parts: list[Values] = []
+    def __init__(self, simulations: Sequence[Simulation]) -> None:
+        self.observers = [Observer(one.problem, one.latest_end_forces) for one in simulations]
+        smallest = [Smallest(one.problem) for one in simulations]
+        noted = [one for pair in zip(self.observers, smallest, strict=True) for one in pair]
+        ends = np.cumsum([one.width for one in noted])
+        self._now, self._ends = np.zeros(ends[-1]), ends[:-1]
+        places = np.split(self._now, self._ends)
+        self._take = together(*(one.noting(out) for one, out in zip(noted, places, strict=True)))
+        self._rows, self._count = np.zeros((ROWS, ends[-1])), 0
+        self._parts: list[list[Values]] = [[] for _ in simulations]
 
     def add(self) -> None:
-        row = self.observer.note()
-        self._least.append(self._smallest.now())
-        if row is not None:
-            self._rows.append(row.copy())
-        if len(self._rows) == ROWS:
+        """Take the present instant.  Collective."""
+        self._take()
+        self._rows[self._count] = self._now
+        self._count += 1
+        if self._count == ROWS:
             self._make()
 
     def _make(self) -> None:
-        if self._rows:
-            self._parts.append(self.observer.values_of(np.array(self._rows)))
-            self._rows.clear()
+        columns = np.split(self._rows[: self._count].copy(), self._ends, axis=1)
+        for observer, parts, row, least in zip(self.observers, self._parts, columns[::2], columns[1::2], strict=True):
+            parts.append(observer.values_of(row) | ({Smallest.NAME: least} if least.size else {}))
+        self._count = 0
 
-    def values(self) -> Values:
-        self._make()
-        if not self._parts:
-            return {}
-        found = {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
-        return found | {name: np.array([one[name] for one in self._least]) for name in self._least[0]}
+    def values(self) -> list[Values]:
+        """Quantities of each simulation, on rank 0; others: nothing."""
+        if self._count:
+            self._make()
+        on_root = self.observers[0].comm.rank == 0
+        return [{n: np.concatenate([one[n] for one in parts]) for n in parts[0] if on_root} for parts in self._parts]
 
 
 def _dataset(scene, parameters, values, neighbours, labels, times=None):

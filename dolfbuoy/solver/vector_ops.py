@@ -32,8 +32,14 @@ class Work(partial[Any]):
 
 def work(name: str, kind: str, fields: dict[str, Any], alive: object = ()) -> Work:
     """A `Work` whose context is a struct of this kind with these fields, of which arrays are given as they are."""
-    values = {key: address(value) if isinstance(value, np.ndarray) else value for key, value in fields.items()}
-    return Work(name, core().ffi.new(f"{kind} *", values), (fields, alive))
+    return Work(name, core().ffi.new(f"{kind} *", _in_c(fields)), (fields, alive))
+
+
+def _in_c(value: Any) -> Any:
+    """A field of a struct: the address of an array, the same of the fields of a struct in it."""
+    if isinstance(value, dict):
+        return {key: _in_c(one) for key, one in value.items()}
+    return address(value) if isinstance(value, np.ndarray) else value
 
 
 def _described(kind: str, count: int) -> Any:
@@ -144,9 +150,9 @@ def _entry(number: float, change: float, arrays: Sequence[Array], ends: Array) -
     return arrays[which], place - ends[which], sign
 
 
-def smallest(values: Array, places: Any, bound: float) -> Any:
-    """A function that returns the smallest of values[places], or the bound if that is smaller."""
-    places = np.array(places, dtype=np.int32).ravel()
-    call: Any = partial(core().lib.smallest, address(values), address(places), len(places), bound)
-    call.alive = values, places
-    return call
+def smallest(values: Array, groups: Sequence[Array], bound: float, out: Array) -> Work:
+    """A function that puts the smallest of the values at the places of each group into `out`, the bound at most."""
+    places = np.concatenate([np.zeros(0, np.int32), *(np.ravel(group) for group in groups)]).astype(np.int32)
+    firsts = np.cumsum([0, *map(np.size, groups)]).astype(np.int32)
+    fields = {"values": values, "places": places, "firsts": firsts, "groups": len(groups)}
+    return work("find_smallest", "smallest", fields | {"bound": bound, "out": out})

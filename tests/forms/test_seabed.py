@@ -20,6 +20,7 @@ from dolfbuoy.model.problem import Problem
 from dolfbuoy.scene.lines import Body
 from dolfbuoy.solver.compat import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
+from dolfbuoy.solver.vector_ops import Work
 
 K, C, SAG, STICK, MU = 7e4, 3e3, 0.013, 9e3, 0.6
 NORMAL = np.array([-0.2, 0.1, 1.0]) / math.sqrt(1.05)
@@ -147,7 +148,8 @@ def problem():
     problem.destroy()
 
 
-def test_the_slider(problem):
+@pytest.mark.parametrize("in_c", [False, True])
+def test_the_slider(problem, in_c):
     """r_a := r - u min(1, mu p/(k_t |u|)): some points stick, some slide, some are off the bed."""
     lines, bed, u, rng = problem.lines, problem.lines.bed, problem.system.u, np.random.default_rng(3)
     n, d = plane(problem.scene)
@@ -165,7 +167,9 @@ def test_the_slider(problem):
     lines.gamma_v.value = 3.0
     speed = rng.uniform(-0.3, 0.3, (nodes, 3))
     lines.history_v.x.array[lines.node_dofs] = speed - 3.0 * u[lines.node_dofs]
-    bed.accept(u)
+    (accept,) = bed.when_accepted(u)
+    assert isinstance(accept, Work)
+    accept() if in_c else bed.accept(u)
     speed, seen = bed.points.of(speed), set()
     for at in np.ndindex(r.shape[:2]):
         below = max(d - float(r[at] @ n), 0.0)

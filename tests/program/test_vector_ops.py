@@ -209,6 +209,6 @@ def test_numbers_picked_out():
 
 
 def test_smallest():
-    values = np.array([3.0, -2.0, 5.0, -7.0])
-    assert smallest(values, np.array([[0, 1], [2, 1]]), 0.0)() == -2.0
-    assert smallest(values, np.array([0, 2]), 0.0)() == 0.0
+    values, out = np.array([3.0, -2.0, 5.0, -7.0]), np.zeros(3)
+    smallest(values, [np.array([[0, 1], [2, 1]]), np.array([0, 2]), np.array([], int)], 4.0, out)()
+    np.testing.assert_array_equal(out, [-2.0, 3.0, 4.0])
