@@ -212,3 +212,13 @@ def test_smallest():
     values, out = np.array([3.0, -2.0, 5.0, -7.0]), np.zeros(3)
     smallest(values, [np.array([[0, 1], [2, 1]]), np.array([0, 2]), np.array([], int)], 4.0, out)()
     np.testing.assert_array_equal(out, [-2.0, 3.0, 4.0])
+
+
+def test_what_lies_of_cables():
+    """Lengths of pieces add up; a cable leaves the bed where the last of its pieces that lie does."""
+    pieces, rows, last = np.full((5, 10), np.nan), np.zeros((2, 4)), np.zeros(2, np.int32)
+    pieces[:, 0], pieces[1, 2:5] = [3.0, 0.5, 0.0, 0.0, 0.0], [7.0, 8.0, 9.0]
+    fields = {"pieces": pieces, "firsts": np.array([0, 3, 5], np.int32), "cables": 2, "rows": rows, "last": last}
+    work("sum_lying", "lying_cables", fields)()
+    np.testing.assert_array_equal(rows, [[3.5, 7.0, 8.0, 9.0], [0.0, np.nan, np.nan, np.nan]])
+    assert last[0] == 1
