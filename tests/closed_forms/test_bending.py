@@ -75,7 +75,8 @@ def test_elastica(force, degree):
 
 
 def test_buckled_column():
-    """Pinned ends 7 m apart, from a bow of the right length; moments between the ends have a lower order than there."""
+    """Pinned ends 7 m apart, from a bow of the right length.  Between the ends m itself has a lower order, mu + 1, than
+    the force, the places and so the moment of the one about the other, 2 mu."""
     s = np.linspace(0.0, 1.0, 81)
 
     def bow(height):
@@ -87,6 +88,8 @@ def test_buckled_column():
     assert -rest.end_tension.values[0, 0] == pytest.approx(116.5303022, rel=1e-6)
     assert rest.cable_position.values[:, 2].max() == pytest.approx(3.14312612956, rel=1e-6)
     assert 1000.0 * rest.largest_curvature.item() == pytest.approx(366.269437729, rel=1e-5)
+    moment = rest.end_tension.values[0, 0] * rest.cable_position.values[:, 2].max()
+    assert -moment == pytest.approx(366.269437729, rel=1e-6)
     assert rest.end_moment.item() == 0.0
 
 

@@ -1,7 +1,8 @@
 """Lines with a bending stiffness in motion: frequencies, limits, balances, and what a run must keep.
 
-Source: beams with tension (closed form and transcendental equations), a pendulum of a rigid rod, an articulated column
-by hand, sums of moments by hand; Lagrange's equations of rigid links with springs (support/rigid_links.py).
+Source: beams with tension (closed form, transcendental equations, Ritz's method), a pendulum of a rigid rod, an
+articulated column by hand, sums of moments by hand; Lagrange's equations of rigid links with springs
+(support/rigid_links.py).
 """
 
 import math
@@ -53,6 +54,30 @@ def test_frequencies_of_a_taut_beam(ends, expected):
     top = {"kind": "fixed", "position": [10.00001, 0.0, 0.0]}
     beam = BEAM | {"axial_stiffness": 1e9, "elements": 16, "top": top} | ends
     assert found({"gravity": 0.0, "cable": beam}, expected) == pytest.approx(expected, rel=1e-4)
+
+
+def hanging(length, stiffness, density, clamped, count):
+    """Angular frequencies of a beam that hangs in air from s = 0, clamped there or pinned, by Ritz's method:
+    int EI w''^2 + T w'^2 ds = omega^2 int rho w^2 ds in polynomials with these conditions, T the weight below."""
+    from numpy.polynomial import legendre
+    from scipy.linalg import eigh
+
+    x, weights = legendre.leggauss(60)
+    z = np.polynomial.Polynomial([1.0, 1.0]) ** (2 if clamped else 1)
+    basis = [z * np.polynomial.Polynomial(legendre.leg2poly([0.0] * k + [1.0])) for k in range(24)]
+    w, slope, bent = (np.array([one.deriv(k)(x) if k else one(x) for one in basis]) for k in (0, 1, 2))
+    half, tension = length / 2, density * 9.81 * length / 2 * (1 - x)
+    stiff = (bent * weights) @ bent.T * stiffness / half**3 + (slope * weights * tension) @ slope.T / half
+    return np.sqrt(eigh(stiff, (w * weights) @ w.T * density * half, eigvals_only=True)[:count])
+
+
+@pytest.mark.parametrize("clamped", [True, False])
+def test_frequencies_of_a_hanging_beam(clamped):
+    """Under its own weight, clamped above or pinned, free below, both directions alike."""
+    down = {"from_end": {"direction": [0.0, 0.0, -1.0]}} if clamped else {}
+    beam = BEAM | {"length": 50.0, "axial_stiffness": 1e10, "elements": 12, "top": {"kind": "free"}} | down
+    expected = hanging(50.0, 1e4, 5.0, clamped, 4)
+    assert found({"cable": beam}, expected) == pytest.approx(expected, rel=1e-5)
 
 
 def test_frequencies_of_a_cantilever_with_a_mass():
@@ -325,6 +350,35 @@ def test_matrices_are_kept_where_lines_bend(name, end):
         cost[EI] = simulation.newton.numbers.jacobians_total / steps, simulation.iterations / steps
     assert max(cost[EI][0] for EI in (1e2, 1e4)) < 1.05 * cost[0.0][0]
     assert max(iterations for _, iterations in cost.values()) < 1.25 * cost[0.0][1]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_welded_pieces_move_as_one(scheme):
+    """Segments without a kink, and two cables welded at a joint, beside the whole line in a swing."""
+    whole = BEAM | {"bending_stiffness": 2e3, "from_end": ALONG, "top": {"kind": "free"}}
+    cut = {key: value for key, value in whole.items() if key not in ("length", "elements")}
+    sizes = [{"length": 2.5, "elements": 2}, {"length": 7.5, "elements": 6}]
+    low = {key: value for key, value in cut.items() if key != "top"} | {"name": "low", "to": "weld"} | sizes[0]
+    high = {key: value for key, value in cut.items() if key not in ("anchor", "from_end")}
+    both = [low, high | {"name": "high", "from": "weld"} | sizes[1]]
+    lines = (
+        {"cable": whole},
+        {"cable": cut | {"segments": sizes}},
+        {"cable": both, "joint": [{"name": "weld", "weld": True}]},
+    )
+    points = (
+        [[0, 0, 0], [10, 0, 0]],
+        [[0, 0, 0], [10, 0, 0]],
+        {"low": [[0, 0, 0], [2.5, 0, 0]], "high": [[2.5, 0, 0], [10, 0, 0]]},
+    )
+    time = {"end": 0.5, "step": 0.02, "scheme": scheme} | SCHEMES[scheme]
+    ends = []
+    for line, line_points in zip(lines, points, strict=True):
+        run = simulate(line | {"initial": {"kind": "polyline", "points": line_points}, "time": time})
+        ends.append([*run.cable_position.values[-1, -1], run.anchor_moment.values[-1].max()])
+    assert ends[0][2] < -0.5
+    for other in ends[1:]:
+        assert other == pytest.approx(ends[0], rel=1e-7, abs=1e-7)
 
 
 # -- what a run keeps --------------------------------------------------------------------------------------------------
