@@ -29,7 +29,7 @@ def potential(
         typer.Option(
             "--around", min=8, max=80, help="Panels around the axis of the coarse mesh; more where they are too few."
         ),
-    ] = 24,
+    ] = 32,
     assign: SetOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:

@@ -1,9 +1,9 @@
 """Coefficients of potential flow for the hull of a buoy, by Capytaine, a boundary element method (optional).
 
-The hull is paneled on two meshes, the second with panels of half the size, and what a third would add is extrapolated:
-errors go with the power `POWER` of the size, from the edges of a hull on.  At infinite frequency there is a finer one.
-Polygons around the axis are as large as their circles, so that the volume is right.  A lid on the water plane inside
-keeps irregular frequencies away.
+The hull is paneled on three meshes, with panels of one half and one third of the size, and the limit is extrapolated:
+errors go with the square of the size, and with its power 8/3 from edges of a right angle, where the potential goes with
+the power 2/3 of the distance and the size of panels with its root.  Polygons around the axis are as large as their
+circles, so that the volume is right.  A lid on the water plane inside keeps irregular frequencies away.
 """
 
 import itertools
@@ -22,12 +22,15 @@ from ..meshes import HullShape
 from ..scene.potential_flow import DIFFRACTED, DOFS, MEAN_DRIFT, UNDISTURBED, WHOLE, fault_of
 from .far_field import quadratic_forms
 
-#: Panels around the axis of the coarse mesh; power of their size that errors go with, measured on a truncated cylinder.
-AROUND, POWER = 24, 1.6
+#: Panels around the axis of the coarse mesh; meshes have panels of its size over these; powers that errors go with.
+AROUND, MESHES, POWERS = 32, (1, 2, 3), (2.0, 8 / 3)
 #: How many of them at most, and times as many where a scene would refuse the coefficients.
 MOST_AROUND, REFINED = 80, 1.4
-#: Panels in place of each of the coarse mesh for infinite frequency, which is quick; the power near that size.
-FINEST, FINE_POWER = 4, 2.0
+#: Times as far as Capytaine does panels are integrated exactly; farther off they are points, whose sum has an error of
+#: first order that no power above takes out.
+FARTHER = 20.0
+#: Rates of exponentials of depth, for the part of the bed in Green's function, and where these are fitted.
+RATES, FITTED = -np.geomspace(0.02, 40.0, 20), np.append(np.linspace(0.0, 10.0, 400), np.geomspace(10.1, 60.0, 200))
 #: Frequencies, in sqrt(g/R) of the largest wet radius R: steps up to the highest.
 STEP, STEPS = 0.05, 50
 #: Angle between pieces of the outline from which on there is an edge [deg].
@@ -87,29 +90,25 @@ def compute(hull: Floating, around: int = AROUND, progress: Callable[[str], obje
     if not 0 < hull.draft < hull.shape.height or hull.shape.waterplane_radius(hull.draft) <= 0:
         raise InputError("buoy.hull: must cut the water surface at rest, or it makes no such waves.")
     found = []
-    for finer in (1, 2):
+    for finer in MESHES:
         body = _body(cpt, hull, around, finer)
         found.append(_solved(cpt, hull, body))
         more = 100 * (body.mesh.volume / hull.shape.volume(hull.draft) - 1)
+        heave = float(found[-1].added_mass.sel(omega=np.inf, influenced_dof="Heave", radiating_dof="Heave"))
         progress(
             f"{body.mesh.nb_faces} panels, {body.lid_mesh.nb_faces} on the lid: added mass in heave at infinite "
-            f"frequency {_heave(found[-1].added_mass.sel(omega=np.inf)):.6g} kg, volume {more:+.2g} %"
+            f"frequency {heave:.6g} kg, volume {more:+.2g} %"
         )
-    coarse, fine = found
-    data = fine.copy()
-    for name in NAMES:
-        data[name] = fine[name] + (fine[name] - coarse[name]) / (2**POWER - 1)
-    finest, last = _at_once(cpt, hull, _body(cpt, hull, around, FINEST)), {"omega": np.inf}
-    at_once = finest + (finest - fine.added_mass.loc[last]) / ((FINEST / 2) ** FINE_POWER - 1)
-    data["added_mass"] = data.added_mass + (at_once - data.added_mass.loc[last])  # at all, or its memory would differ
-    kept = _heave(data.added_mass.loc[last])
-    progress(f"{FINEST**2} times the panels at infinite frequency: {_heave(finest):.6g} kg, of which {kept:.6g} kg")
+    data, two = (_limit(found[-count:], count) for count in (len(MESHES), 2))
     usable = np.all(np.isfinite(data.radiation_damping), axis=(1, 2)) | np.isinf(data.omega)
     if not usable.all():
         progress(f"{int((~usable).sum())} frequencies are left out, for which Capytaine finds no finite numbers")
         data = data.isel(omega=np.flatnonzero(usable))
     for name, label in (("added_mass", "added mass"), ("radiation_damping", "damping"), (WHOLE, "wave force")):
-        progress(f"{label}: the fine mesh is {100 * _apart(fine, data, name):.2g} % of the largest from what is kept")
+        apart, less = (100 * _apart(one, data, name) for one in (found[-1], two))
+        progress(
+            f"{label}: the fine mesh is {apart:.2g} % of the largest from the limit, that of two meshes {less:.2g} %"
+        )
     data.attrs = {"draft": hull.draft, "made_by": f"dolfbuoy with Capytaine {cpt.__version__}"}
     return data[list(NAMES)]
 
@@ -135,8 +134,14 @@ def write(data: xr.Dataset, path: Path) -> None:
     capytaine().export_dataset(str(path), data, format="netcdf")
 
 
-def _heave(added_mass: xr.DataArray) -> float:
-    return float(added_mass.sel(influenced_dof="Heave", radiating_dof="Heave"))
+def _limit(meshes: list[xr.Dataset], count: int) -> xr.Dataset:
+    """Coefficients for panels of no size, from those of as many of the finest meshes."""
+    sizes = 1 / np.array(MESHES[-count:], dtype=float)
+    powers = np.column_stack([sizes**0, *(sizes**p for p in POWERS[: count - 1])])
+    weights, data = np.linalg.solve(powers.T, np.eye(count)[0]), meshes[-1].copy()
+    for name in NAMES:
+        data[name] = sum(float(weight) * mesh[name] for weight, mesh in zip(weights, meshes, strict=True))
+    return data
 
 
 def _apart(fine: xr.Dataset, kept: xr.Dataset, name: str) -> float:
@@ -147,16 +152,6 @@ def _apart(fine: xr.Dataset, kept: xr.Dataset, name: str) -> float:
         one, two = (np.abs(data[name].sel(chosen).sel(omega=kept.omega).values) for data in (fine, kept))
         found.append(float(np.nanmax(np.abs(one - two)) / np.nanmax(two)))
     return max(found)
-
-
-def _at_once(cpt: Any, hull: Floating, body: Any) -> xr.DataArray:
-    """Added mass at infinite frequency."""
-    solver = cpt.BEMSolver(method="direct", green_function=_green_function(cpt))
-    water = {"water_depth": hull.depth, "rho": hull.density, "g": hull.gravity, "omega": np.inf}
-    problems = [cpt.RadiationProblem(body=body, radiating_dof=dof, **water) for dof in DOFS]
-    columns = [solver.solve(problem, keep_details=False, _check_wavelength=False).added_masses for problem in problems]
-    values = np.array([[column[dof] for column in columns] for dof in DOFS])
-    return xr.DataArray(values, {"influenced_dof": list(DOFS), "radiating_dof": list(DOFS)})
 
 
 def _solved(cpt: Any, hull: Floating, body: Any) -> xr.Dataset:
@@ -174,21 +169,44 @@ def _solved(cpt: Any, hull: Floating, body: Any) -> xr.Dataset:
 
 
 def _green_function(cpt: Any) -> Any:
-    """Capytaine's, but for infinite frequency in finite depth, where its fit of exponentials is off by 1e-3.
+    """Capytaine's, with panels integrated exactly `FARTHER`, and the part of the bed fitted to 3e-5 from kh = 0.2 on.
 
-    There it is the images in the bed and the surface, 2/(1 + exp(2x)) = 2 sum (-1)^(n+1) exp(-2nx).
+    Capytaine's own fit of exponentials is off by 1e-2 (mean square 1e-4).  At infinite frequency the part of the bed is
+    that of the images in it and in the surface, 2/(1 + exp(2x)) = 2 sum (-1)^(n+1) exp(-2nx).
     """
 
-    class Images(cpt.Delhommeau):  # type: ignore[misc]
+    class Near:
+        def __init__(self, mesh: Any) -> None:
+            self.mesh, self.faces_radiuses = mesh, FARTHER * mesh.faces_radiuses
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.mesh, name)
+
+    class Accurate(cpt.Delhommeau):  # type: ignore[misc]
+        def evaluate(self, mesh1: Any, mesh2: Any, **parameters: Any) -> Any:
+            return super().evaluate(mesh1, Near(mesh2), **parameters)
+
         def find_best_exponential_decomposition(self, kh: float, *, method: str | None = None) -> Any:
+            if kh <= 0.1:
+                return super().find_best_exponential_decomposition(kh, method=method)  # says that it cannot
             if kh < 1e5:
-                return super().find_best_exponential_decomposition(kh, method=method)
+                return np.stack([RATES, amplitudes(kh)])
             n = np.arange(1, 31)
             sizes = 2.0 * (-1.0) ** (n + 1)
             sizes[-1] *= 0.5  # the mean of both partial sums, right at x = 0
             return np.stack([-2.0 * n, sizes])
 
-    return Images()
+    return Accurate()
+
+
+def amplitudes(kh: float) -> NDArray[Any]:
+    """Those of exponentials with `RATES` whose sum is the integrand of the bed's part of Green's function over x = kz,
+    less its pole at kh and its limit 2 (Delhommeau 1989); kh: wave number times depth."""
+    t = math.tanh(kh)
+    x = FITTED[np.abs(FITTED - kh) > 1e-3 * max(1.0, kh)]  # at the pole itself 0/0
+    pole = (1 + t) ** 2 / (1 - t**2 + t / kh) / (x - kh)
+    values = 2 * (x + kh * t) / ((x - kh * t) - (x + kh * t) * np.exp(-2 * x)) - pole - 2
+    return np.asarray(np.linalg.lstsq(np.exp(np.outer(x, RATES)), values, rcond=1e-11)[0])
 
 
 def _body(cpt: Any, hull: Floating, around: int, finer: int) -> Any:

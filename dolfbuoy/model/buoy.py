@@ -125,6 +125,7 @@ class Buoy(Model):
         self.memory_of_waves = Memory(self, own[effects.MEMORY]) if effects.MEMORY in own else None
         kinds: dict[str, type[OfComponents]] = {effects.DIFFRACTION: Diffraction, effects.DRIFT: SlowDrift}
         self.of_components = [kind(self, own[name]) for name, kind in kinds.items() if name in own]
+        self.slow_drift = next((one for one in self.of_components if isinstance(one, SlowDrift)), None)
         terms = [pair for where in ("strip", "face") for pair in self._called(where)]
         water = self.shape, self.sea, self.center, terms
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None

@@ -154,11 +154,27 @@ class Diffraction(OfComponents):
 
 
 class SlowDrift(OfComponents):
-    """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`drift`)."""
+    """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`drift`).
+
+    numbers: of `note`, the whole force (3) [N]; that of the forms is without what strips have of it.
+    """
 
     hook = "drift"
 
+    def __init__(self, buoy: "Buoy", c: Any) -> None:
+        self.numbers = np.zeros(3)
+        super().__init__(buoy, c)
+
+    def note(self, u: Array) -> None:
+        """Find the whole force at the place that local unknowns u give to C."""
+        (kx, ky, _, phases), x = self._kept, self.buoy.fields.of(u[self.buoy.part.slice]).position
+        wave = self.buoy.sea.scale[0] * np.exp(1j * (kx * x[0] + ky * x[1] + phases))
+        left, *right = wave @ self._whole
+        self.numbers[:2] = [(left.conjugate() * one).real for one in right]
+
     def transfer(self, waves: AirySum, amplitude: Array) -> Array:
-        pairs = transfer(of_components(self.buoy.scene, self.buoy.section), waves.cosine, waves.sine)
+        drift, ways = of_components(self.buoy.scene, self.buoy.section), (waves.cosine, waves.sine)
+        self._whole = amplitude * np.column_stack([np.ones_like(drift.whole), *(drift.whole * way for way in ways)])
+        pairs = transfer(drift, *ways)
         pairs = amplitude[:, :, None] * pairs
         return np.stack([pairs.real, pairs.imag], axis=-1)

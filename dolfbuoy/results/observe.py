@@ -55,7 +55,7 @@ class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, touchdown_moment, bend_utilisation,
-    buoy, mooring, water, joint, take_off, winch, wind, place_tension.
+    buoy, mooring, water, drift, joint, take_off, winch, wind, place_tension.
     """
 
     def __init__(
@@ -171,6 +171,9 @@ class Observer:
                 )
                 wet = [known.get(name, np.zeros(SUBMERGED)) for name in self.network.buoys]
                 found["water"] = _joined(map(_all_of, wet))
+            if problem.dynamic and effects.DRIFT in effects.names(problem.scene):
+                slow = [one and one.slow_drift for one in mine]
+                found["drift"] = _joined(_all_of(one.numbers if one else np.zeros(3)) for one in slow)
         if problem.attachments:
             found["mooring"] = _joined(_all_of(u[a.slice], a.buoy is not None) for a in problem.attachments)
         if self.network.take_offs:
@@ -265,8 +268,9 @@ class Observer:
             yield self._stress.note
         if self._bending is not None:
             yield self._bending.note
-        for device in self.problem.take_offs:
-            yield partial(device.note, self.problem.system.u)
+        slow = (buoy.slow_drift for buoy in self.problem.buoys.values() if buoy.slow_drift is not None)
+        for one in (*self.problem.take_offs, *slow):
+            yield partial(one.note, self.problem.system.u)
         if self.network.winches:
             yield self._note_winches
         if self._winds:

@@ -331,6 +331,15 @@ _ALL: tuple[Quantity, ...] = (
         curves=(Curve("wind force on vessels", "x", "x"), Curve("wind force on vessels", "y", "y")),
         summary="wind force",
     ),
+    _buoy_vector(
+        "drift_force",
+        "N",
+        "force of the waves' mean drift, by Newman's approximation",
+        read=lambda n: n.each("drift", 3),
+        shown={"statistics": "xy"},
+        curves=(Curve("mean drift of waves", "x", "x"), Curve("mean drift of waves", "y", "y")),
+        summary="force of mean drift",
+    ),
     _buoy_vector("linear_momentum", "kg m s-1", "linear momentum of the buoy, p", read=lambda n: n.motion.momentum),
     _buoy_vector(
         "angular_momentum",

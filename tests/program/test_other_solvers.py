@@ -1,6 +1,6 @@
 """Coefficients of WAMIT and Nemoh by the lines of the README of `formats`, run as they stand there.
 
-Source: a file of Capytaine's and what Capytaine writes of it as WAMIT's; a hull with twelve panels around, of Nemoh.
+Source: a file of Capytaine's and what Capytaine writes of it as WAMIT's and as Nemoh's results; a hull of a few panels.
 """
 
 import re
@@ -16,7 +16,9 @@ from dolfbuoy import load_scene
 from dolfbuoy.check import check
 
 README = Path(dolfbuoy.__file__).parent / "formats" / "README.md"
-WAMIT, NEMOH = re.findall(r"```python\n(.*?)```", README.read_text().split("## Coefficients of WAMIT")[1], re.DOTALL)
+WAMIT, RESULTS, NEMOH = re.findall(
+    r"```python\n(.*?)```", README.read_text().split("## Coefficients of WAMIT")[1], re.DOTALL
+)
 CYLINDER = {
     "sea": {"depth": 20.0, "density": 1025.0},
     "buoy": {"hull": [[0.0, 2.0], [1.6, 2.0]], "mass": 2576.1, "center_of_mass": 0.6, "inertia": [1500.0, 1300.0]},
@@ -87,6 +89,59 @@ def test_wamit_of_capytaine(tmp_path, monkeypatch):
     exec(WAMIT, {})
     found, said = warnings_of(tmp_path / "buoy.nc")
     assert found.excitation[3][2] == pytest.approx(float(whole.excitation_force.values[3, 0, 1].real), rel=1e-5)
+    assert said == []
+
+
+def as_nemoh(data, folder):
+    """Three files of a file, as Nemoh 2 writes its results."""
+    names, table = ["Surge", "Heave", "Pitch"], "".join(f'"A   1   {i}" "B   1   {i}"\n' for i in (1, 3, 5))
+    finite = data.isel(omega=np.isfinite(data.omega.values))
+
+    def rows(first, *columns):
+        pairs = np.stack(columns, axis=-1).reshape(len(first), -1)
+        return "".join(" " + " ".join(f"{x:14.7E}" for x in row) + "\n" for row in np.column_stack([first, pairs]))
+
+    radiated, impulse = (f'VARIABLES="{first}"\n{table}' for first in ("w (rad/s)", "Time (s)"))
+    for k, name in enumerate(names, 1):
+        of = data.sel(radiating_dof=name, influenced_dof=names)
+        A, B = (of[x].transpose("omega", "influenced_dof").values for x in ("added_mass", "radiation_damping"))
+        title = f'Zone t="Motion of body    1 in DoF   {k}",I={finite.sizes["omega"]:6d},F=POINT\n'
+        radiated += title + rows(finite.omega.values, A[:-1], B[:-1])
+        impulse += title + rows(np.array([0.0, 0.1]), A[[-1, -1]], 0.3 * A[[-1, -1]])
+    force = finite.excitation_force.isel(wave_direction=0).sel(influenced_dof=names)
+    force = force.transpose("omega", "influenced_dof", "complex").values @ [1, 1j]
+    wave = 'VARIABLES="w (rad/s)"\n' + '"abs(F   1   1)" "angle(F   1   1)"\n' * 3
+    for beta in (0.0, 90.0):
+        wave += f'Zone t="Diffraction force - beta = {beta:.3f} deg",I={len(force):6d},F=POINT\n'
+        wave += rows(finite.omega.values, (1 + beta) * np.abs(force), np.angle(force))
+    (folder / "results").mkdir()
+    for name, text in (("RadiationCoefficients", radiated), ("ExcitationForce", wave), ("IRF", impulse)):
+        (folder / "results" / f"{name}.tec").write_text(text)
+
+
+@pytest.mark.parametrize("writer", ["Nemoh", pytest.param("Capytaine", marks=pytest.mark.slow)])
+def test_results_of_nemoh(writer, tmp_path, monkeypatch):
+    """What comes back is what went; with files of Capytaine's own writer in place of two of them too."""
+    monkeypatch.chdir(tmp_path)
+    with xr.open_dataset(REFERENCE / "truncated_cylinder.nc") as data:
+        data.load()
+        as_nemoh(data, tmp_path)
+        if writer == "Capytaine":
+            pytest.importorskip("capytaine", reason="Capytaine is optional: pip install 'dolfbuoy[potential]'")
+            from capytaine.io.legacy import write_dataset_as_tecplot_files
+
+            names = ["Surge", "Heave", "Pitch"]
+            one = data.isel(omega=np.isfinite(data.omega.values)).sel(influenced_dof=names, radiating_dof=names)
+            one["diffraction_force"] = one.excitation_force.isel(complex=0) + 1j * one.excitation_force.isel(complex=1)
+            one["Froude_Krylov_force"] = 0 * one.diffraction_force
+            write_dataset_as_tecplot_files(tmp_path / "results", one.drop_vars("excitation_force"))
+    exec(RESULTS, {})
+    found, said = warnings_of(tmp_path / "buoy.nc")
+    known = CYLINDER["buoy"] | {"potential_flow": str(REFERENCE / "truncated_cylinder.nc")}
+    expected = load_scene(CYLINDER | {"buoy": known}).buoys[0].potential_flow
+    for name in ("omega", "added_mass", "added_mass_infinite", "damping", "excitation"):
+        values = np.array(getattr(expected, name))
+        assert np.array(getattr(found, name)) == pytest.approx(values, abs=1e-5 * np.abs(values).max()), name
     assert said == []
 
 

@@ -229,7 +229,7 @@ def test_units_of_the_record():
         "m-1": "largest_curvature curvature curvature_maximum curvature_maximum_after_ramp",
         "W": "absorbed_power",
         "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal needed_weight end_tension "
-        "mooring_force wind_force cable_tension growth_weight place_tension take_off_tension "
+        "mooring_force wind_force drift_force cable_tension growth_weight place_tension take_off_tension "
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell place_s length_on_bed touchdown joint_position offset freeboard "

@@ -94,7 +94,9 @@ def test_force_in_a_sea_of_several_directions():
             newman = 0.5 * (drift.whole[i] * way[:, i] + drift.whole[j] * way[:, j]) * turned.real
             whole += size * newman
             expected += size * (newman - 0.5 * (moved * turned).real * way[:, j])
+        buoy.slow_drift.note(simulation.system.u)
     assert found == pytest.approx(expected, rel=1e-9)
+    assert buoy.slow_drift.numbers == pytest.approx([*whole, 0.0], rel=1e-9)
     assert np.linalg.norm(expected - whole) > 0.1 * np.linalg.norm(whole)
 
 
@@ -105,6 +107,18 @@ def test_one_wave_in_any_direction():
     pairs = transfer(drift, np.cos(angle), np.sin(angle))[0]
     force = (pairs[:, :1].conj() * pairs[:, 1:]).real.sum(axis=0)
     assert force == pytest.approx((drift.whole - drift.strips) * [math.cos(0.7), math.sin(0.7)])
+
+
+def test_record_has_the_force():
+    """D of the far field times the square of the amplitude along the wave, once that is whole; still water has none."""
+    waves = {"amplitude": 0.1, "period": 2.4, "ramp": 0.3, "direction_deg": 30.0}
+    scene = load_scene(merged(CYLINDER, waves=waves, time__end=0.5))
+    record, way = simulate(scene), np.array([math.cos(math.pi / 6), 0.5, 0.0])
+    force = record.drift_force.values[:, 0]
+    assert force[0] == pytest.approx([0.0, 0.0, 0.0])
+    assert force[-1] == pytest.approx(0.1**2 * of_components(scene, scene.buoys[0]).whole[0] * way, rel=1e-9)
+    assert record.drift_force.attrs["units"] == "N"
+    assert "drift_force" not in simulate(merged(CYLINDER, waves=None, time__end=0.1))
 
 
 def test_long_waves_carry_it_along_without_a_force():
