@@ -241,7 +241,8 @@ def test_a_scene_is_complete_without_the_library():
 
 
 def test_what_a_cable_gives_itself_counts():
-    """Its own key before that of the material; a material for all its segments; a list of cables; a variation."""
+    """Its own key before that of the material; that of a segment before all of the cable; a material for all its
+    segments; a list of cables; a variation."""
     one = {"from": [0.0, 0.0, -15.0], "to": [10.0, 0.0, -1.0], "length": 20.0, "material": "wire 20 mm"}
     found = load_scene(
         {"sea": {"depth": 15.0}, "cable": [one | {"name": "a"}, one | {"name": "b", "normal_drag": 2.0}]}
@@ -254,6 +255,10 @@ def test_what_a_cable_gives_itself_counts():
         del segment["material"]
     for_all["cable"]["material"] = "wire 20 mm"
     assert [piece.section.diameter for piece in load_scene(for_all).network.pieces] == [0.02, 0.02]
+    for_all["cable"] |= {"normal_drag": 2.0}
+    for_all["cable"]["segments"][1]["material"] = "nylon 30 mm"
+    first, second = (piece.section for piece in load_scene(for_all).network.pieces)
+    assert (first.normal_drag, second.normal_drag) == (2.0, other.network.pieces[0].section.normal_drag)
 
 
 def test_a_library_of_ones_own(tmp_path):

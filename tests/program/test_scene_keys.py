@@ -10,6 +10,7 @@ import pytest
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.scene import Scene, build_scene, list_keys, load_scene, shipped_scenes
+from dolfbuoy.scene.keys import is_key
 
 KEYS = list_keys()
 UNITS = {
@@ -177,3 +178,11 @@ def test_ranges_end_where_the_models_refuse(key):
         with pytest.raises(InputError) as caught:
             build_scene(scene, {key.name: outside})
         assert str(caught.value).startswith(f"{key.name} = {outside}"), caught.value
+
+
+def test_what_is_a_key():
+    """Names of materials, fairleads and cables are the user's; what lists hold is known by its number."""
+    good = "cable.length", "material.mine.diameter", "cable.segments.3.elements", "vessel.0.fairleads.bow", "waves"
+    bad = "cable.lenght", "cable.segments.3.elemnts", "cable.7", "fairleads.bow", "buoy.point_masses.5.masses"
+    assert all(is_key(name.split(".")) for name in good)
+    assert not any(is_key(name.split(".")) for name in bad)

@@ -18,6 +18,7 @@ from types import SimpleNamespace
 import pytest
 
 HERE = Path(__file__).parent
+KEPT = {"cases", "records"}  #: folders of a sweep's cases
 CASES = tomllib.loads((HERE / "cases.toml").read_text())
 
 
@@ -58,7 +59,7 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
         for command in case["commands"]:
             code, out, err = call(*shlex.split(command))
             lines += [f"== {command}: {code}", *of_text(out, folder), *of_text(err, folder)]
-    found = (p for p in folder.rglob("*") if p.is_file() and p not in given and p.parent.name != "cases")
+    found = (p for p in folder.rglob("*") if p.is_file() and p not in given and not KEPT & set(p.relative_to(folder).parts))
     for path in sorted(found):
         told = of_file(path, folder)
         lines += [f"-- file {path.relative_to(folder)}", *told]

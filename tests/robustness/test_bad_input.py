@@ -1,9 +1,11 @@
 """Bad and odd inputs: each ends in one sentence that names the key, with exit code 2, before anything is built.
 
-Source: a list of inputs and of what must be said (bad_input.toml).
+Source: a list of inputs and of what must be said (bad_input.toml); the sentences as they were recorded, which
+`RECORD=1 pytest tests/robustness/test_bad_input.py` does anew.
 """
 
 import os
+import re
 import time
 import tomllib
 from pathlib import Path
@@ -18,6 +20,9 @@ from dolfbuoy.scene.reading import parse
 from dolfbuoy.statics.first_shape import check_first_shape
 
 CORPUS = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text())
+SENTENCES = Path(__file__).parents[1] / "recorded" / "lines" / "sentences.txt"
+RECORDED, SAID = set(SENTENCES.read_text(encoding="utf-8").splitlines()), set[str]()
+ANEW = os.environ.get("RECORD") == "1"
 KINDS = ("together", "file", "command", "usage")
 #: (scene, key, value, words)
 VALUES = [
@@ -27,6 +32,17 @@ VALUES = [
     for key, cases in keys.items()
     for value, *words in cases
 ]
+
+
+PLACES = re.compile(r"/[^ '\"]*/pytest-[^ '\"]*/")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def anew():
+    """Sentences are recorded when all were said."""
+    yield
+    if ANEW:
+        SENTENCES.write_text("\n".join(sorted(SAID)) + "\n", encoding="utf-8")
 
 
 def name(case):
@@ -56,6 +72,9 @@ def check_sentence(said, words):
     assert not said.endswith("..")
     assert len(said) < 800, said
     assert "instance of" not in said  # no Python in a message to a user
+    words = PLACES.sub("FOLDER/", said)
+    SAID.add(words)
+    assert ANEW or words in RECORDED
 
 
 def saved(folder, data):
