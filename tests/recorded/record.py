@@ -59,8 +59,8 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
         for command in case["commands"]:
             code, out, err = call(*shlex.split(command))
             lines += [f"== {command}: {code}", *of_text(out, folder), *of_text(err, folder)]
-    found = (p for p in folder.rglob("*") if p.is_file() and p not in given and not KEPT & set(p.relative_to(folder).parts))
-    for path in sorted(found):
+    found = (path for path in folder.rglob("*") if path.is_file() and path not in given)
+    for path in sorted(path for path in found if not KEPT & set(path.relative_to(folder).parts)):
         told = of_file(path, folder)
         lines += [f"-- file {path.relative_to(folder)}", *told]
     drop = re.compile(case.get("drop", r"(?!)"))
