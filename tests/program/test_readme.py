@@ -82,7 +82,7 @@ def test_times_of_the_readme_are_measured_ones():
     header = "| | 1 % | MoorDyn | | 0.1 % | MoorDyn | |"
     rows = README[README.index(header) :].split("\n\n")[0].splitlines()[2:]
     cells = [[cell.strip().removesuffix(" s") for cell in row.strip("|").split("|")] for row in rows]
-    assert len(cells) == 9
+    assert len(cells) == 10
     for name, *found in cells:
         for dolfbuoy, moordyn, faster in zip(found[::3], found[1::3], found[2::3], strict=True):
             if moordyn != "missed":
