@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from .adrift import held_by_take_offs
 from .damped import relax
 from .growth import settle
 from .pulled import pull
+from .rods import weak_springs
 from .start import Start, closed_form, given_start
 from .ways import MOTIONS, WAYS, Way, find_rest
 
@@ -65,6 +67,8 @@ def _rest(problem: Problem) -> None:
         problem.route = f"{name}{problem.route}"
         let_turn(problem)
         return
+    with suppress(SolveError):
+        reasons += weak_springs(problem.network, closed_form(problem).shapes)
     raise SolveError("; ".join(reasons))
 
 

@@ -92,6 +92,19 @@ def bend(network: Network, rest: Rest, poses: dict[str, Array]) -> list[Any]:
     return found
 
 
+def weak_springs(network: Network, shapes: Sequence[Any]) -> list[str]:
+    """Sentences on springs at ends of bent shapes that turn by more than 60 degrees, where k sin is far below k times
+    the angle; nothing holds an end beyond a right angle."""
+    found = []
+    for piece, shape in zip(network.pieces, shapes, strict=False):
+        for i, end in enumerate(piece.ends):
+            k = end.clamp.rotational_stiffness if end.clamp else None
+            if k and isinstance(shape, Bent) and np.linalg.norm(shape.moments[-i]) > k:
+                key = f"{network.key_of(piece.cable)}.{('from', 'to')[i]}_end.rotational_stiffness = {k:g}"
+                found.append(f"{key}: may be too weak, this spring holds nothing that it turns beyond a right angle")
+    return found
+
+
 def _chains(network: Network, lying: Array) -> Iterator[list[int]]:
     """Numbers of pieces that bend, lie nowhere and go on into each other without a hinge."""
     for cable in range(len(network.cables)):

@@ -164,6 +164,13 @@ def test_spring_at_an_end(k):
     assert rest.anchor_moment.item() == pytest.approx(k * math.sin(psi), rel=2e-5)
 
 
+def test_a_spring_that_would_turn_too_far():
+    """A line that its weight turns by more than a right angle from the direction of a weak spring."""
+    top, up = {"kind": "fixed", "position": [80.0, 0.0, 60.0]}, direction(160.0, rotational_stiffness=300.0)
+    with pytest.raises(SolveError, match=r"cable.from_end.rotational_stiffness = 300: may be too weak"):
+        solve_static(rod(120.0, 250.0, 40, 2, 200.0, top=top, from_end=up))
+
+
 RISERS = {
     "riser": ([(250.0, 600.0)], 180.0, 1e5, None, 20000.0, 10981.9597952, 70136.4786344, 0.0),
     "lazy wave": (
