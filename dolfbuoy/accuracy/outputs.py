@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..results.quantities import declared
-from ..results.sample import SMALLEST
-from ..results.series import Series, place_of, series_of
+from ..results.sample import lasts
+from ..results.series import Series, begun, place_of, series_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Numbers of a series.
+#: Numbers of a series, and of forces the level above which they stay for a second.
 NUMBERS = ("max", "min", "mean", "std")
+LASTING = "lasting"
 #: Magnitude of the force that holds the lower end of a cable.
 ANCHOR = "anchor"
 
@@ -38,7 +39,7 @@ def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> d
             name, part = ANCHOR, series.label.removeprefix(f"{ANCHOR} of ")
         else:
             name, _, part = place_of(series.label)
-        if name not in (ANCHOR, SMALLEST) and not declared(name).has_outputs:
+        if name != ANCHOR and not declared(name).has_outputs:
             continue
         kept = (series.t >= start - 1e-9 * max(abs(start), 1.0)) & (series.t <= end * (1 + 1e-9))
         if kept.sum() > 2 and not np.isinf(series.x[kept]).all():  # as the radius of a line that never bends
@@ -67,6 +68,16 @@ def numbers_of(series: Series) -> dict[str, float]:
         "mean": series.mean,
         "std": series.standard_deviation,
     }
+
+
+def outputs_of(record: "xr.Dataset", start: float) -> dict[Output, float]:
+    """All numbers of the series after an instant [s], of forces what lasts too, and as "max" those of the beginning."""
+    found = {}
+    for (name, part), one in series_after(record, start).items():
+        found |= {Output(name, number, part): x for number, x in numbers_of(one).items()}
+        if name != ANCHOR and lasts(one.label):
+            found[Output(name, LASTING, part)] = one.lasting_maximum
+    return found | {Output((place := place_of(one.label)).name, "max", place.part): one.mean for one in begun(record)}
 
 
 def _vertex(t: np.ndarray, x: np.ndarray) -> float:

@@ -13,11 +13,12 @@ from ..elsewhere import MPI
 from ..errors import InputError, NoResult, SolveError
 from ..parallel.ranks import bcast
 from ..results.quantities import QUANTITIES
+from ..results.sample import lasts
 from ..scene import Scene
 from ..scene.settings import NEWTON, Space, Stepping, fitting, period_of, space_of, with_settings
 from .bars import NONE, Bar, bars_of
 from .companion import companion_of
-from .outputs import ANCHOR, NUMBERS, Output, unit_of_series
+from .outputs import ANCHOR, LASTING, NUMBERS, Output, unit_of_series
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,24 +128,25 @@ def check_names(scene: Scene) -> None:
     check_outputs(scene, scene.accuracy.of, "accuracy.of")
 
 
-def check_outputs(scene: Scene, names: Iterable[str], where: str, also: Iterable[str] = ()) -> None:
+def check_outputs(scene: Scene, names: Iterable[str], where: str, every: bool = False) -> None:
     """Refuse outputs (SERIES.NUMBER) that no run of the scene has.
 
-    also: quantities over other than time that have some there.  Raises InputError, with what they are named in.
+    every: those without error bars too, of `outputs_of`.  Raises InputError, with what they are named in.
     """
     network = scene.network
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
-    timed = [one for one in QUANTITIES.values() if one.over == "time" or one.name in also]
+    timed = [one for one in QUANTITIES.values() if one.over == "time" or (every and not one.over and one.read)]
     there = [one for one in timed if not one.effort and one.kind not in missing]
     known = {label: one for one in there for label in (one.name, *(one.series("xyz") if "xyz" in one.dims else ()))}
     for name in names:
         series, _, number = name.rpartition(".")
-        if number not in NUMBERS or not (series in known or (series == ANCHOR and network.cables)):
-            outputs = [label for label, one in known.items() if one.has_outputs or label in also]
+        numbers = NUMBERS + ((LASTING,) if every and series in known and lasts(series) else ())
+        if number not in numbers or not (series in known or (series == ANCHOR and network.cables)):
+            outputs = [label for label, one in known.items() if one.has_outputs or not one.over]
             near = get_close_matches(series or name, outputs, 3, 0.0)
             raise InputError(
                 f"{where} {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; near it are "
-                f"{', '.join(near)}; numbers are {', '.join(NUMBERS)}."
+                f"{', '.join(near)}; numbers are {', '.join(numbers)}."
             )
 
 

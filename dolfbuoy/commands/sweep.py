@@ -117,20 +117,17 @@ def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
 
 def _show(dataset: "xr.Dataset", folder: Path) -> None:
     """Print its cases and the largest of their main quantities, of a power the mean."""
-    from ..results.quantities import shown_in
-    from ..results.sample import LASTS, SINGLE
+    from ..results.quantities import declared, shown_in
+    from ..results.sample import LASTS
     from ..results.series import LASTING, each_series
 
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     found = each_series(dataset, "maximum", shown_in("sweep"))
-    kinds = [
-        ("", "maximum") if name in SINGLE else ("mean", "mean") if name in MEANS else ("max", "maximum")
-        for _, name, _ in found
-    ]
-    shown = [
-        (f"{label} {short}".strip(), one[f"{name}_{kind}"])
-        for (label, name, one), (short, kind) in zip(found, kinds, strict=True)
-    ]
+    shown = []
+    for label, name, one in found:
+        quantity = declared(name)
+        short = {"maximum": "max", "minimum": "min"}.get(quantity.counts, quantity.counts) if quantity.over else ""
+        shown.append((f"{label} {short}".strip(), one[f"{name}_{quantity.counts}"]))
     lasting = each_series(dataset, LASTS, [name for name in shown_in("sweep") if name.startswith("tension")])
     shown += [(f"{label} for {LASTING:g} s", one[f"{name}_{LASTS}"]) for label, name, one in lasting]
     if "shortest_life" in dataset:
@@ -151,8 +148,6 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
     cli.print_kept_criteria(dataset)
 
 
-#: Quantities whose mean is what counts.
-MEANS = ("absorbed_power",)
 #: Cases that are printed.
 MOST_ROWS = 1000
 

@@ -252,14 +252,10 @@ class _Writer:
         for name in ("wind", "external_force"):
             if getattr(scene, name) is not None or any(getattr(b, name, None) for b in self.network.buoys.values()):
                 self.note(f"[{name}] is not carried over")
+        if any(vessel.wind is not None for vessel in scene.vessel or []):
+            self.note("vessel.wind is not carried over: it moves nothing, its force is an output")
         for buoy in self.network.buoys.values():
-            for name in (
-                "rotational_added_mass",
-                "wave_damping",
-                "disk_averages",
-                "rotational_damping",
-                "potential_flow",
-            ):
+            for name in LEFT_OUT:
                 if getattr(buoy, name):
                     self.note(f"buoy.{name} is not carried over")
             for name in ("buoy_orientation", "buoy_velocity", "buoy_angular_velocity"):

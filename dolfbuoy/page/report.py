@@ -150,8 +150,10 @@ def _criteria(judged: list[judging.Verdict]) -> Markup | None:
 
 def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str, str] | None = None) -> Markup:
     """The scene in words, its values, sources of its materials, and the load cases; varied: key -> its values."""
-    over = "; ".join(f"{key} {values}" for key, values in (varied or {}).items())
-    said = [f"Over the cases vary {over}; elsewhere stand those of the scene that they begin from."] if varied else []
+    others = dict(varied or {})
+    seeds = others.pop(SEED, "") if scene.waves is not None and scene.waves.irregular else ""  # the sea has them
+    over = "; ".join(f"{key} {values}" for key, values in others.items())
+    said = [f"Over the cases vary {over}; elsewhere stand those of the scene that they begin from."] if over else []
     values = [row for row in inputs_of(scene) if row.section != "criteria"]
     sources = [(name, m.source) for name, m in (scene.material or {}).items() if m.source]
     floats = dict.fromkeys(filter(None, map(float_of, scene.network.bodies.values())))
@@ -159,7 +161,7 @@ def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str,
     return section(
         "inputs",
         "Inputs",
-        paragraphs([*in_words(scene, (varied or {}).get(SEED, "")), *said]),
+        paragraphs([*in_words(scene, seeds), *said]),
         tag("h3", "Load cases"),
         table(("case", "load"), cases),
         tag("h3", "Values"),
@@ -273,7 +275,7 @@ def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None
 
 def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
     """Table of the largest and smallest of every quantity of all cases, with the most probable extreme of a set."""
-    from ..results.quantities import shown_in
+    from ..results.quantities import declared, shown_in
     from ..results.sample import LASTS
     from ..results.series import LASTING, each_series
 
@@ -283,13 +285,16 @@ def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
         if not np.isfinite(high).any():
             continue
         unit, factor = unit_of([low, high], one[f"{name}_mean"].attrs["units"])
-        case = str(one.run.values[int(np.nanargmax(high))])
-        probable = one[f"{name}_most_probable"].values[:, 0] if f"{name}_most_probable" in one else np.array([np.nan])
+        least_counts = declared(name).counts == "minimum"
+        case = str(one.run.values[int(np.nanargmin(low) if least_counts else np.nanargmax(high))])
+        known = f"{name}_most_probable" in one and not least_counts
+        probable = one[f"{name}_most_probable"].values[:, 0] if known else np.array([np.nan])
         lasting = one[f"{name}_{LASTS}"].values if f"{name}_{LASTS}" in one else np.array([np.nan])
         numbers = [_largest(factor * x) for x in (lasting, probable)]
         least = rounded(factor * float(np.nanmin(low)), 4)
-        rows.append((label.replace("_", " "), least, _largest(factor * high), numbers[0], unit, case, numbers[1]))
-    heading = ("quantity", "least", "largest", f"for {LASTING:g} s", "unit", "largest in", "probable maximum of 3 h")
+        label = f"{label.replace('_', ' ')} [{unit}]" if unit != "1" else label.replace("_", " ")
+        rows.append((label, least, _largest(factor * high), *numbers, case))
+    heading = ("quantity", "least", "largest", f"for {LASTING:g} s", "probable maximum of 3 h", "governed by")
     return section("extremes", "Extremes after the ramp", table(heading, rows), paragraphs(notes))
 
 

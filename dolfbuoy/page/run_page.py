@@ -202,9 +202,12 @@ def worth(record: xr.Dataset, scene: Scene) -> Markup:
         (f"{r.part}: {r.name}" if r.part else r.name, r.value, r.bar, r.step, r.mesh, r.unit, r.verdict, r.chance)
         for r in rows_of(record)
     ]
-    unknown = (
-        "The error of this run is not known: dolfbuoy run SCENE --bars estimates it, dolfbuoy advise SCENE measures "
-        "what its settings leave of an accuracy, and dolfbuoy study work-precision SCENE draws error over time."
+    bars, advise, study = (
+        tag("code", f"dolfbuoy {text}") for text in ("run SCENE --bars", "advise SCENE", "study work-precision SCENE")
+    )
+    unknown = Markup(
+        f"The error of this run is not known: {bars} estimates it, {advise} measures what its settings leave of an "
+        f"accuracy, and {study} draws error over time."
     )
     known = [record.attrs["bar_says"]] if record.attrs.get("bar_says") else [] if rows else [unknown]
     return section(

@@ -84,7 +84,8 @@ def compute(
     case that has this result is computed once more; without it none is.  executor: of concurrent.futures, or one whose
     futures have `done`, `result` and `cancel`; it evaluates, and this process alone writes.  failed(error): the result
     of a case that the executor could not bring to an end; without it the error is raised.  say: called with what is
-    wrong with the store.  work(case): how long it takes against the others, for what is said about the time.
+    wrong with the store.  work(case): how long it takes against the others, for what is said about the time; with an
+    executor in seconds, as its workers show no steps.
     """
     comm, store = ranks_beside(executor), Path(folder) / "cases" / part
     missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
@@ -180,7 +181,8 @@ def _evaluate_elsewhere(
 ) -> None:
     """Let an executor evaluate; without the executor there is no going on."""
     waiting = {executor.submit(evaluate, cases[i]): i for i in indices}
-    with _Progress(shares) as progress:
+    with _Progress(shares, workers := _workers(executor)) as progress:
+        progress.sent(workers)
         try:
             for future in _finished(waiting):
                 try:
@@ -195,6 +197,11 @@ def _evaluate_elsewhere(
         finally:
             for future in waiting:
                 future.cancel()
+
+
+def _workers(executor: Any) -> int:
+    """Cases that an executor evaluates at once, 1 if it does not tell."""
+    return int(getattr(executor, "num_workers", None) or getattr(executor, "_max_workers", None) or 1)
 
 
 def _finished(futures: Iterable[Any]) -> Iterator[Any]:
@@ -241,6 +248,13 @@ class _Progress:
     def _expect(self, i: int, seconds: float) -> None:
         if (whole := seconds + self._left(i, seconds)) >= ANNOUNCED:
             self._bar.console.print(f"{len(self._work)} cases: about {duration(whole)}, by the first steps.")
+
+    def sent(self, workers: int) -> None:
+        """Say how long workers that show no steps will take, by work that is in seconds."""
+        if (whole := self._all / min(workers, max(len(self._work), 1))) >= ANNOUNCED:
+            at_once = f", {workers} at once" if workers > 1 else ""
+            text = f"{len(self._work)} cases{at_once}: about {duration(whole)}, by their steps, elements and waves."
+            self._bar.console.print(text)
 
     def _left(self, i: int, seconds: float) -> float:
         """Time for all but the case i, which takes so many seconds; no rank takes part of a case."""

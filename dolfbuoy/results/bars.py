@@ -97,9 +97,13 @@ def number_with(value: float, bar: float) -> tuple[str, str]:
     return f"{value:.{digits}f}", f"{bar:.{digits}f}"
 
 
+#: What series are called beside "largest", "smallest", "mean", where their own names do not fit.
+NAMES = {"anchor": "anchor force", "smallest_tension": "tension where it is least"}
+
+
 def _name(series: str) -> str:
-    if series == "anchor":
-        return "anchor force"
+    if series in NAMES:
+        return NAMES[series]
     quantity = declared(series)
     component = series.removeprefix(quantity.name).removeprefix("_")
     name = quantity.compared or quantity.name.replace("_", " ")

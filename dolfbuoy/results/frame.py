@@ -164,12 +164,17 @@ class Frame:
             np.any([np.zeros(x.shape[:-1], dtype=bool), *(buoy.in_hull(x) for buoy in self.buoys)], axis=0)
         )
 
-    def arrows(self, kind: str, box: Any = (-np.inf, np.inf)) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
-        """(name, where it acts [m], vector [N]) of the forces of a kind on buoys, and on vessels in a box."""
+    def arrows(
+        self, kind: str, box: Any = (-np.inf, np.inf), beyond: Any = None
+    ) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
+        """(name, where it acts [m], vector [N]) of the forces of a kind on buoys, and on vessels in a box; of those on
+        vessels alone that are outside another one, `beyond`."""
         row, places = np.array([self.row]), [(f, f.buoy, f.arm) for f in self.run.forces if f.kind == kind]
         on = [(f, self.buoys[k].place(arm)) for f, k, arm in places if k is not None and arm is not None]
         on += [(f, np.array(f.path(self.time))) for f in self.run.forces if f.kind == kind and f.path is not None]
         on = [(f, place) for f, place in on if f.path is None or np.all((place >= box[0]) & (place <= box[1]))]
+        if beyond is not None:
+            on = [(f, x) for f, x in on if f.path is not None and np.any((x < beyond[0]) | (x > beyond[1]))]
         return [(f.name, place, f.vectors(row)[0]) for f, place in on]
 
 

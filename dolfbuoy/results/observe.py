@@ -30,7 +30,7 @@ from .places import Place
 from .quantities import over
 from .quantity import Absent
 from .record import FORMAT
-from .running import Utilisation, stressed
+from .running import Smallest, Utilisation, stressed
 from .vessels import winds_of
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ class Hull(NamedTuple):
 class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
-    Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, bending, touchdown_moment, bend_utilisation,
-    buoy, mooring, water, drift, joint, take_off, winch, wind, place_tension.
+    Sources: anchor_force, end_tension, tension_anchor, smallest_tension, bed, utilisation, bending, touchdown_moment,
+    bend_utilisation, buoy, mooring, water, drift, joint, take_off, winch, wind, place_tension.
     """
 
     def __init__(
@@ -126,6 +126,7 @@ class Observer:
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
         self._design = Design(problem.scene)
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
+        self._smallest = Smallest(problem) if problem.lines else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
         self._bending = Bending(problem) if self.network.bends else None
         self._grounded = Grounded(problem, self._bending)
@@ -152,6 +153,8 @@ class Observer:
                 found["place_tension"] = _joined(map(self._tension_near, self.places))
             if problem.lines.bed is not None:
                 found["bed"] = _all_of(self._grounded.rows, root)
+            if self._smallest is not None:
+                found["smallest_tension"] = _all_of(self._smallest.values, root)
             if self._stress is not None:
                 found["utilisation"] = _all_of(self._stress.values, root)
             if self._bending is not None:
@@ -243,6 +246,12 @@ class Observer:
             noted |= {name: row[place].copy() for name, place in self._places.items()}
         return self._quantities(noted)
 
+    def begun(self) -> dict[str, NDArray[Any]]:
+        """Quantities that are read off the beginning of a run, which this instant is; on rank 0."""
+        row = self.note()
+        columns = {} if row is None else {name: row[place].copy() for name, place in self._places.items()}
+        return self._quantities(columns, "")
+
     def note(self) -> NDArray[Any] | None:
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
         self._take()
@@ -264,6 +273,8 @@ class Observer:
             yield from (self.problem.system.read_given, self._wet.in_c())
         if "bed" in self._places:
             yield from self._grounded.notes()
+        if self._smallest is not None:
+            yield self._smallest.note
         if self._stress is not None:
             yield self._stress.note
         if self._bending is not None:
@@ -288,9 +299,9 @@ class Observer:
         """Quantities at instants (..., numbers of `note`), without time and solver."""
         return self._quantities({name: rows[..., place] for name, place in self._places.items()})
 
-    def _quantities(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    def _quantities(self, columns: dict[str, NDArray[Any]], axis: str = "time") -> dict[str, NDArray[Any]]:
         noted, found = Noted(columns, self.problem, self._masses, self._design), {}
-        for name, quantity in over("time").items():
+        for name, quantity in over(axis).items():
             if quantity.read:
                 with suppress(Absent):
                     found[name] = quantity.read(noted)

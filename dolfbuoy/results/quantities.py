@@ -75,7 +75,8 @@ _ALL: tuple[Quantity, ...] = (
         "m",
         "unstretched length of the cable on the sea bed",
         read=lambda n: n.each("bed", 4)[..., 0],
-        shown={"statistics": ""},
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        counts="minimum",
         curves=(Curve("length on the bed", "on the bed"),),
         summary="length on the sea bed",
     ),
@@ -142,8 +143,14 @@ _ALL: tuple[Quantity, ...] = (
         shown=dict.fromkeys(("statistics", "sweep"), ""),
         outputs=True,
     ),
-    of("cable", "sample")(
-        "smallest_tension", "N", "smallest tension of the cable's elements in any step", shown={"statistics": ""}
+    _cable(
+        "smallest_tension",
+        "N",
+        "smallest tension along the cable",
+        read=lambda n: n["smallest_tension"],
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        counts="minimum",
+        outputs=True,
     ),
     _cable(
         "anchor_moment",
@@ -223,7 +230,8 @@ _ALL: tuple[Quantity, ...] = (
         "m",
         "height of the lowest point of the hull's upper rim above the water at C",
         read=lambda n: n.design.freeboard(n.buoy, n.hull.surface),
-        shown={"statistics": ""},
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
+        counts="minimum",
         curves=(Curve("freeboard", "lowest of the rim"),),
         summary="freeboard",
     ),
@@ -246,11 +254,13 @@ _ALL: tuple[Quantity, ...] = (
         compared="cone angle",
         peaks="",
     ),
-    of("buoy", "sample")(
+    of("buoy", "")(
         "lean_at_start",
         "degree",
         "cone angle with which a run begins, at rest unless the buoy is thrown",
+        read=lambda n: attitude.cone_angle(n.motion.orientation),
         shown=dict.fromkeys(("statistics", "sweep"), ""),
+        summary="lean at the start",
     ),
     _buoy(
         "roll",
@@ -310,6 +320,7 @@ _ALL: tuple[Quantity, ...] = (
         "power that the take-off absorbs",
         read=lambda n: n.each("take_off", 3)[..., 2],
         main=True,
+        counts="mean",
         curves=(Curve("absorbed power", "of the take-off"),),
         summary="absorbed power",
         peaks="",

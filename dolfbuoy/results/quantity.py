@@ -32,13 +32,14 @@ class Quantity:
     """An output.
 
     dims: after `over`, which is "time", "frame", "run" (extremes of all steps), "sample" (made for statistics), or ""
-    of what is known at the beginning.  read: values (..., *dims) of what is noted.
+    of what is known at the beginning.  read: values (..., *dims) of what is noted, there at the first instant.
     shown: place of EVERYWHERE -> components ("" of a scalar); main: shown in all of them.
     summary: what the table of a run calls its range; component: of a vector there, else its size.  at_ends: what that
     of an equilibrium calls it with the names of the ends, {low} and {high}.
     figure: whether it has a figure of its own over time.  paraview: name of its field, without the unit.
     compared: what it is called where runs are compared.  peaks, cycles: components, or "" of a scalar, whose peaks or
     rainflow ranges are kept.  turning: an angle that goes on over 180 degrees.
+    counts: the number of its series that counts where one is shown.
     outputs: whether its numbers have error bars though it is not shown over time.
     place: of an elevation of the water, where it is.  effort: of the solver, no physics.  changing: written again with
     every row.
@@ -63,6 +64,7 @@ class Quantity:
     peaks: str | None = None
     cycles: str | None = None
     turning: bool = False
+    counts: str = "maximum"
     outputs: bool = False
     place: str = ""
     effort: bool = False

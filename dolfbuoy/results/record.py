@@ -101,7 +101,13 @@ class Record:
         for name, x in self.extremes.items():
             along = {one: self.fixed[one] for one in ALONG.get(QUANTITIES[name].dims[0], ()) if one in self.fixed}
             data |= {one: (QUANTITIES[one].dims, values, {}) for one, values in (along | {name: x}).items()}
+        data |= {name: (QUANTITIES[name].dims, self.fixed[name], QUANTITIES[name].attributes()) for name in self._begun}
         return xr.Dataset(data, _named(data, self.labels), self.attributes).set_coords("time")
+
+    @property
+    def _begun(self) -> list[str]:
+        """Names of what was read off the first instant."""
+        return [name for name in self.fixed if QUANTITIES[name].read]
 
     def _columns(self) -> dict[str, NDArray[Any]]:
         """All rows that are not on disk yet, by name."""
@@ -145,6 +151,7 @@ class Record:
                 self._started -= float(old.wall_time_s)
                 if not all(name in old.variables for name in (*self.labels, *self.fixed)):
                     raise ValueError("labels or fixed values are missing")
+                self.fixed |= {name: old.variables[name][:] for name in self._begun}
             if lengths != counts or "output" in old.dimensions:  # error bars are of the whole run
                 self._copy(old, counts)
         self.counts = dict(counts)

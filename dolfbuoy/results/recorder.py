@@ -55,7 +55,7 @@ class Recorder:
         self.observer = Observer(simulation.problem, simulation.latest_end_forces, places)
         self._extremes = Extremes(simulation.problem)
         self.interval = frame_interval(scene)
-        self._fixed = fixed = self.observer.fixed()
+        self._fixed = fixed = self.observer.fixed() | self.observer.begun()
         self.root = simulation.comm.rank == 0
         labels = self.observer.labels()
         self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)

@@ -119,29 +119,26 @@ def envelope_of(record: xr.Dataset, scene: Scene) -> Envelope:
 
 
 class Smallest:
-    """Smallest tension of each cable of a Problem, of the nodes of T as Extremes have them [N]."""
+    """Smallest tension of each cable of a Problem, of the nodes of T as Extremes have them [N].
 
-    NAME = "smallest_tension"  #: in a record
+    values (cable,): as of the last `note`, on rank 0; infinite of a cable without elements.
+    """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, lines = problem, problem.lines
-        self.width = len(problem.network.cables) if lines is not None else 0
-        if lines is not None:
-            cable = np.array([piece.cable for piece in problem.network.pieces])[lines.line_of_cell]
-            self._groups = [lines.T_dofs[cable == k] for k in range(self.width)]
+        lines: Any = problem.lines
+        self._comm, self.values = problem.comm, np.zeros(len(problem.network.cables))
+        cable = np.array([piece.cable for piece in problem.network.pieces])[lines.line_of_cell]
+        own = [lines.T_dofs[cable == k] for k in range(len(self.values))]
+        self._find = smallest(problem.system.u, own, math.inf, self.values)
 
-    def noting(self, out: NDArray[Any]) -> Callable[[], object]:
-        """Function that puts those of the present unknowns into `out`.  Collective."""
-        if not self.width:
-            return lambda: None
-        find, comm = smallest(self._problem.system.u, self._groups, math.inf, out), self._problem.comm
-        return find if comm.size == 1 else lambda: (find(), comm.Allreduce(MPI.IN_PLACE, out, op=MPI.MIN))
+    @property
+    def note(self) -> Callable[[], object]:
+        """A function that brings the values up to date; collective."""
+        return self._find if self._comm.size == 1 else self._of_all_ranks
 
-    def now(self) -> dict[str, NDArray[Any]]:
-        """By its name in a record, of the present unknowns; nothing without lines.  Collective."""
-        found = np.zeros(self.width)
-        self.noting(found)()
-        return {self.NAME: found} if self.width else {}
+    def _of_all_ranks(self) -> None:
+        self._find()
+        self._comm.Reduce(self.values.copy(), self.values, op=MPI.MIN)
 
 
 def minimum(record: xr.Dataset, name: str) -> NDArray[Any]:

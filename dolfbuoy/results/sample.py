@@ -31,7 +31,7 @@ from .offsets import corners
 from .parts import names_of
 from .places import piece_of
 from .quantities import chosen, declared
-from .series import OF_PART, Series, place_of, series_of
+from .series import Series, begun, place_of, series_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,9 +41,6 @@ STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_peri
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
 #: The elevation at a point that stays where it is; a number of forces.
 FIXED_POINT, LASTS = "fixed_point_elevation", "lasting_maximum"
-#: Single numbers, as series: the smallest tension of a cable, the lean of a buoy; the number of each that sweeps have.
-SMALLEST, LEAN = "smallest_tension", "lean_at_start"
-SINGLE = {SMALLEST: "minimum", LEAN: "maximum"}
 
 #: Seconds of a year of 365.25 days.
 YEAR = 31557600.0
@@ -52,8 +49,10 @@ CORRODING = ("corrosion", "corrosion_rate", "safety_factor")
 
 
 def numbers_of(record: xr.Dataset) -> dict[str, dict[str, float]]:
-    """STATISTICS of every series over the whole run, in the units of the record; of forces also what lasts."""
-    return {one.label: one.numbers(STATISTICS + ((LASTS,) if _pulls(one.label) else ())) for one in series_of(record)}
+    """STATISTICS of every series over the whole run, in the units of the record; of forces also what lasts, and of what
+    is of the beginning the number that counts."""
+    found = {one.label: one.numbers(STATISTICS + ((LASTS,) if lasts(one.label) else ())) for one in series_of(record)}
+    return found | {one.label: one.numbers([declared(place_of(one.label).name).counts]) for one in begun(record)}
 
 
 def sample_of(
@@ -80,14 +79,14 @@ def sample_of(
     if point is None:
         place = network.pieces[0].ends[0].position if network.pieces else None
         point = next((track[0] for track in _tracks(record).values()), (place or (0.0, 0.0))[:2])
-    every = [*series_of(late), *_single(late, record), *_elevation(late, scene, point)]
+    every = [*series_of(late), *begun(late), *_elevation(late, scene, point)]
     peaked, cycled = chosen("peaks"), chosen("cycles")
     by_chance = scene.waves is not None and scene.waves.spectrum is not None  # only then there is a memory
     numbers = NUMBERS if by_chance else NUMBERS[:-1]
     found: dict[str, Any] = {
         "start": float(late.time[0]),
         "duration": float(late.time[-1] - late.time[0]),
-        "series": {s.label: s.numbers(numbers + ((LASTS,) if _pulls(s.label) else ())) for s in every},
+        "series": {s.label: s.numbers(numbers + ((LASTS,) if lasts(s.label) else ())) for s in every},
         "peaks": {s.label: _listed(s.peaks(), bins) for s in every if place_of(s.label).name in peaked},
         "cycles": {s.label: _listed(s.ranges(), bins) for s in every if place_of(s.label).name in cycled},
     }
@@ -124,8 +123,8 @@ def _strength(label: str, scene: Scene) -> dict[str, Any]:
     return {key: value for key, value in found.items() if value is not None}
 
 
-def _pulls(label: str) -> bool:
-    """True for a force whose peaks are kept."""
+def lasts(label: str) -> bool:
+    """True for a force whose peaks are kept, so that what lasts of it counts."""
     name = place_of(label).name
     return name in chosen("peaks") and declared(name).unit == "N"
 
@@ -148,20 +147,6 @@ def _listed(pair: tuple[NDArray[Any], NDArray[Any]], bins: int | None) -> list[l
     if bins is None:
         return [column.tolist() for column in pair]
     return [[float(f"{x:.7g}") for x in column] for column in binned(*pair, bins)]
-
-
-def _single(late: xr.Dataset, record: xr.Dataset) -> Iterator[Series]:
-    """Series of the names of SINGLE, the one number at both ends of the time; late: what counts of a record."""
-    t = late.time.values[[0, -1]]
-    every = "cable_tension_minimum"
-    least = f"{every}_after_ramp" if f"{every}_after_ramp" in late else every
-    for number, name in enumerate(names_of(late, "cable")) if least in late else ():
-        smallest = late[least].values[late.cable_of_cell.values == number].min()
-        yield Series(f"{SMALLEST}{OF_PART}{name}", t, np.full(2, smallest), abs(smallest))
-    if "cone_angle" in record and float(record.time[0]) == 0:
-        for name in names_of(record, "buoy"):
-            lean = float(record.cone_angle.sel(buoy=name)[0])
-            yield Series(f"{LEAN}{OF_PART}{name}", t, np.full(2, lean), lean)
 
 
 def _elevation(late: xr.Dataset, scene: Scene, point: Sequence[float]) -> Iterator[Series]:

@@ -96,12 +96,12 @@ class Series:
     def lasting_maximum(self) -> float:
         """Highest level above which it stays for LASTING seconds; nan of a shorter series.
 
-        Linear between the instants; by bisection, to 1e-7 of the range.
+        Linear between the instants; by bisection, to rounding, so that runs of neighbours have its derivative.
         """
         if self.t[-1] - self.t[0] < LASTING:
             return math.nan
         low, high = self.minimum, self.maximum
-        for _ in range(24):
+        for _ in range(48):
             middle = (low + high) / 2
             low, high = (middle, high) if self._longest_above(middle) >= LASTING else (low, middle)
         return low
@@ -212,6 +212,15 @@ def series_of(record: xr.Dataset) -> Iterator[Series]:
         for parts, x in zip(labels, columns.T, strict=True):
             label = OF_PART.join(["_".join([str(name), *parts[own:]]), *parts[:own]])
             yield Series(label, record.time.values, x, 1e-9 * np.abs(columns).max())
+
+
+def begun(record: xr.Dataset) -> Iterator[Series]:
+    """Numbers read off the beginning of a run as series, the one number at both ends of the time."""
+    for name, variable in record.data_vars.items():
+        if name in QUANTITIES and QUANTITIES[name].over == "" and QUANTITIES[name].read:
+            parts = record[QUANTITIES[name].kind].values.astype(str)
+            for part, x in zip(parts, variable.values, strict=True):
+                yield Series(f"{name}{OF_PART}{part}", record.time.values[[0, -1]], np.full(2, x), abs(x))
 
 
 def _fitted(

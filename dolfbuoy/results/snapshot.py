@@ -50,8 +50,8 @@ def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Fig
         axes.patch.set_visible(False)
         equal_scale(axes, box, elevation=ELEVATION, azimuth=clear_azimuth(now.direction_deg))
         _draw(axes, now, box, legend)
-        if box is boxes[-1]:
-            _draw_forces(axes, now, box, legend)
+        finer = None if box is boxes[-1] else boxes[-1]
+        _draw_forces(axes, now, box, legend, finer)
     if from_above:
         _draw_plan(figure.add_axes((0, 0, 1, 1)), now)
     _lay_out(figure, scene.title, now.time, list(legend.values()))
@@ -121,15 +121,21 @@ def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str
 FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "mooring force": COLORS["purple"]}
 
 
-def _draw_forces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """Forces that push the buoys, and to a scale of its own the one that holds one; of several only the lines show."""
-    pulls = now.arrows("pulls")
-    for arrows in (now.arrows("outside", box), pulls if len(pulls) == 1 else []):
+def _draw_forces(
+    axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any], finer: Any = None
+) -> None:
+    """Forces that push the buoys, and to a scale of its own the one that holds one; of several only the lines show.
+
+    finer: box of a finer panel, which has all but those on vessels outside it.
+    """
+    pulls = now.arrows("pulls") if finer is None else []
+    for arrows in (now.arrows("outside", box, finer), pulls if len(pulls) == 1 else []):
         largest = max((float(np.linalg.norm(force)) for _, _, force in arrows), default=0.0)
         for name, point, force in (arrow for arrow in arrows if arrow[2].any()):
             scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())  # the largest is about a quarter of the box
             axes.quiver(*point, *force / scale, color=FORCES[name], lw=1.6, arrow_length_ratio=0.3, zorder=6)
-            legend[name] = _arrow(FORCES[name], _label_of(name, force, scale, box))
+            name, color = name if finer is None else f"{name} on a vessel", FORCES[name]
+            legend[name] = _arrow(color, _label_of(name, force, scale, box))
 
 
 def _draw_bed(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:

@@ -50,8 +50,8 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
         places = [_range(f"{axis} of C", part.record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
         if "surface_elevation" in record:
             places.append(_range("z of C over the water", z - part.record.surface_elevation, "m"))
-        if not float(part.record.time[0]):
-            places.append(("lean at the start", plain(float(part.record.cone_angle[0])), "deg"))
+        if "lean_at_start" in part.record:
+            places.append((QUANTITIES["lean_at_start"].summary, plain(float(part.record.lean_at_start)), "deg"))
         rows += _named(part, [*places, *_declared(part.record, "buoy")])
     rows += _strength(lines)
     for name in network.bodies:

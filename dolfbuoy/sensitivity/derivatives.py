@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..accuracy.outputs import Output, numbers_of, series_after, unit_of_series
+from ..accuracy.outputs import outputs_of, unit_of_series
 from ..accuracy.target import check_outputs
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
@@ -20,8 +20,6 @@ from ..results.measured import window_start
 from ..results.observe import Observer
 from ..results.quantities import QUANTITIES, less
 from ..results.record import LABELS
-from ..results.running import Smallest
-from ..results.sample import SMALLEST
 from ..scene import Scene, load_scene
 from ..solver.vector_ops import together
 from ..statics.equilibrium import solve_equilibrium
@@ -66,7 +64,7 @@ def sensitivities(
     if not parameters:
         raise InputError("by: this scene has no number that anything has a derivative by.")
     if what == "run":
-        check_outputs(found, of or (), "--of", (SMALLEST,))
+        check_outputs(found, of or (), "--of", every=True)
     elif of:
         raise InputError("--of: goes with the outputs of a run.")
     make_ready(out, "sensitivity", found, comm)
@@ -131,7 +129,7 @@ def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MP
         problem = solve_equilibrium(one, comm, pool.problem)
         observer = Observer(problem)
         labels.update(observer.labels())
-        return observer.values(problem.end_forces()) | Smallest(problem).now()
+        return observer.values(problem.end_forces())
 
     try:
         values = rest(scene)
@@ -197,12 +195,11 @@ class _Notes:
 
     def __init__(self, simulations: Sequence[Simulation]) -> None:
         self.observers = [Observer(one.problem, one.latest_end_forces) for one in simulations]
-        smallest = [Smallest(one.problem) for one in simulations]
-        noted = [one for pair in zip(self.observers, smallest, strict=True) for one in pair]
-        ends = np.cumsum([one.width for one in noted])
+        self._begun = [one.begun() for one in self.observers]
+        ends = np.cumsum([one.width for one in self.observers])
         self._now, self._ends = np.zeros(ends[-1]), ends[:-1]
         places = np.split(self._now, self._ends)
-        self._take = together(*(one.noting(out) for one, out in zip(noted, places, strict=True)))
+        self._take = together(*(one.noting(out) for one, out in zip(self.observers, places, strict=True)))
         self._rows, self._count = np.zeros((ROWS, ends[-1])), 0
         self._parts: list[list[Values]] = [[] for _ in simulations]
 
@@ -216,8 +213,8 @@ class _Notes:
 
     def _make(self) -> None:
         columns = np.split(self._rows[: self._count].copy(), self._ends, axis=1)
-        for observer, parts, row, least in zip(self.observers, self._parts, columns[::2], columns[1::2], strict=True):
-            parts.append(observer.values_of(row) | ({Smallest.NAME: least} if least.size else {}))
+        for observer, parts, row in zip(self.observers, self._parts, columns, strict=True):
+            parts.append(observer.values_of(row))
         self._count = 0
 
     def values(self) -> list[Values]:
@@ -225,7 +222,10 @@ class _Notes:
         if self._count:
             self._make()
         on_root = self.observers[0].comm.rank == 0
-        return [{n: np.concatenate([one[n] for one in parts]) for n in parts[0] if on_root} for parts in self._parts]
+        return [
+            {n: np.concatenate([one[n] for one in parts]) for n in parts[0] if on_root} | begun
+            for parts, begun in zip(self._parts, self._begun, strict=True)
+        ]
 
 
 def _dataset(scene, parameters, values, neighbours, labels, times=None):
@@ -236,14 +236,15 @@ def _dataset(scene, parameters, values, neighbours, labels, times=None):
     names = {name: one for name, one in QUANTITIES.items() if name in values and not one.effort}
     half = np.array([1 / (2 * p.distance * p.scale) for p in parameters])
     known = labels | LABELS | ({} if times is None else {"time": times})
-    data = {name: ((*above, *one.dims), values[name], one.attributes()) for name, one in names.items()}
-    coords = {name: known[name] for name in {d for dims, *_ in data.values() for d in dims} if name in known}
+    dims = {name: (*(above if one.over else ()), *one.dims) for name, one in names.items()}
+    data = {name: (dims[name], values[name], one.attributes()) for name, one in names.items()}
+    coords = {name: known[name] for name in set().union(*dims.values()) if name in known}
     found = xr.Dataset(data, coords)
     pairs = list(zip(neighbours[::2], neighbours[1::2], strict=True))
     for name, one in names.items():
         slope = np.array([h * less(high[name], low[name]) for h, (low, high) in zip(half, pairs, strict=True)])
         text = {"long_name": f"derivative of {one.long_name}", "units": f"{one.unit} over parameter_unit"}
-        found[f"d_{name}"] = (("parameter", *above, *one.dims), slope, text)
+        found[f"d_{name}"] = (("parameter", *dims[name]), slope, text)
     found = _labelled(found, scene, parameters)
     return found.merge(_outputs(scene, parameters, found, pairs, half)) if times is not None else found
 
@@ -263,10 +264,8 @@ def _outputs(scene, parameters, found, pairs, half):
     start = window_start(scene)
 
     def outputs(values):
-        names = [name for name in found.data_vars if name in values and "time" in found[name].dims]
-        record = xr.Dataset({n: (found[n].dims, values[n], found[n].attrs) for n in names}, found.coords)
-        series = series_after(record.drop_vars("parameter"), start)
-        return {Output(name, n, part): x for (name, part), one in series.items() for n, x in numbers_of(one).items()}
+        record = {n: (found[n].dims, values[n], found[n].attrs) for n in found.data_vars if n in values}
+        return outputs_of(xr.Dataset(record, found.coords).drop_vars("parameter"), start)
 
     base = outputs({name: found[name].values for name in found.data_vars})
     slopes = np.zeros((len(parameters), len(base)))

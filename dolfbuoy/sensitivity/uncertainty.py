@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..accuracy.outputs import Output, numbers_of, series_after, unit_of_series
+from ..accuracy.outputs import Output, outputs_of, unit_of_series
 from ..accuracy.target import USUAL, check_outputs
 from ..api import simulate
 from ..elsewhere import MPI
@@ -98,7 +98,7 @@ def uncertainty(
     base = load_scene(load_scene(scene, **overrides), accuracy=None)
     if method not in METHODS:
         raise InputError(f"--method {method}: must be one of {', '.join(METHODS)}.")
-    check_outputs(base, of or (), "--of")
+    check_outputs(base, of or (), "--of", every=True)
     numbers, comm = uncertain_of(base), MPI.COMM_WORLD
     terms = (len(numbers) + 1) * (len(numbers) + 2) // 2
     least = {"first": 2, "chaos": terms + 2, "samples": 4}[method]
@@ -146,14 +146,8 @@ def _evaluate(base: Scene, parameters: list[Parameter], case: dict[str, Any]) ->
         record = simulate(scene, comm=MPI.COMM_SELF)
     except (InputError, SolveError, NoResult) as error:
         return {"failed": str(error)}
-    found = series_after(record, window_start(scene))
-    return {
-        "outputs": [
-            [name, number, part, value]
-            for (name, part), one in found.items()
-            for number, value in numbers_of(one).items()
-        ]
-    }
+    found = outputs_of(record, window_start(scene))
+    return {"outputs": [[*output, value] for output, value in found.items()]}
 
 
 def _of(rows: list[dict[str, Any]], of: Sequence[str] | None) -> dict[Output, NDArray[Any]]:
@@ -165,8 +159,8 @@ def _of(rows: list[dict[str, Any]], of: Sequence[str] | None) -> dict[Output, ND
         )
     found: dict[Output, NDArray[Any]] = {}
     for k, row in enumerate(rows):
-        for name, number, part, value in row.get("outputs", ()):
-            output = Output(name, number, part)
+        for *names, value in row.get("outputs", ()):
+            output = Output(*names)
             if str(output) in (of or USUAL):
                 found.setdefault(output, np.full(len(rows), np.nan))[k] = value
     if not found:

@@ -24,8 +24,7 @@ from ..results import folder as folders
 from ..results.bars import by_label
 from ..results.record import read
 from ..results.recorder import Recorder, Unwritten
-from ..results.sample import SINGLE, lives, numbers_of, sample_of
-from ..results.series import place_of
+from ..results.sample import lives, numbers_of, sample_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
 from ..version import now
@@ -56,9 +55,6 @@ def evaluate(
         found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
         with suppress(InputError):  # of a run that ends in its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
-            for label, numbers in found["sample"]["series"].items():
-                if (number := SINGLE.get(place_of(label).name)) is not None:
-                    found["statistics"][label] = {number: numbers[number]}
             for label, life in lives(found["sample"]).items():
                 found["statistics"].setdefault(label, {})["life"] = life
         found["cut"] = cautions.cut(record, scene)

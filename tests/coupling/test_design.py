@@ -105,6 +105,12 @@ def test_lightest_line_that_pulls_enough(start):
     assert float(again.tension_top.mean()) >= 600 * (1 - 1e-4)
 
 
+def test_a_line_that_is_nowhere_slack():
+    """g (w L/6 + m) of the lowest of three elements is held above 400 N."""
+    found = design(HANGING, {"joint.weight.mass": (20.0, 60.0)}, "joint.weight.mass", ["smallest_tension.min > 400"])
+    assert float(found.dataset.value[0]) == pytest.approx(400 / 9.81 - 5.0, rel=1e-5)
+
+
 def test_limits_hold_in_all_load_cases():
     """The case with the larger gravity decides."""
     cases = [{}, {"gravity": 12.0}]

@@ -15,6 +15,7 @@ from dolfbuoy.accuracy.outputs import numbers_of, series_after
 from dolfbuoy.errors import InputError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.motion.tangent import Tangent
+from dolfbuoy.results.series import Series
 from dolfbuoy.sensitivity.derivatives import of_equilibrium, of_run
 from dolfbuoy.sensitivity.parameters import parameters_of
 
@@ -268,6 +269,24 @@ def test_the_smallest_tension_along_a_line():
     of_series = series_after(found[["smallest_tension"]], 10.0)["smallest_tension", "cable"]
     assert found.output_value.item() == numbers_of(of_series)["min"] == pytest.approx(here, rel=1e-2)
     assert found.d_output.item() == pytest.approx((high - low) / 1.8e-4, rel=5e-2)
+
+
+def test_numbers_that_have_no_bars():
+    """The level that a force stays above for 1 s, and the lean at rest, as runs of neighbours have them."""
+    changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
+    names = ["tension_top.lasting", "lean_at_start.max"]
+    found = dolfbuoy.sensitivities("short", ["current.speed"], names, **changes)
+    assert found.output.values.tolist() == names
+    low, here, high = (
+        [record.tension_top.values, record.lean_at_start.item(), record.time.values]
+        for v in (0.9 - 9e-5, 0.9, 0.9 + 9e-5)
+        for record in [dolfbuoy.simulate("short", **changes, **{"current.speed": v})]
+    )
+    levels = [Series("", t[t > 9.99], x[t > 9.99, 0]).lasting_maximum for x, _, t in (low, here, high)]
+    assert found.output_value.values == pytest.approx([levels[1], here[1]], rel=1e-7)
+    assert found.d_lean_at_start.values[0, 0] == found.d_output.values[0, 1]
+    expected = [levels[2] - levels[0], high[1] - low[1]]
+    assert found.d_output.values[0] == pytest.approx(np.array(expected) / 1.8e-4, rel=2e-3)
 
 
 def test_the_smallest_tension_of_each_line_at_rest():

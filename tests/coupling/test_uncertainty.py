@@ -47,6 +47,15 @@ def test_weight_of_a_hanging_line(method):
         assert float(found.r2[0]) > 0.9999
 
 
+def test_the_smallest_tension_of_a_hanging_line():
+    """That of the lowest of three elements, 9.81 (w L/6 + m)."""
+    found = uncertainty(HANGING, of=["smallest_tension.min"])
+    sigmas = np.array([SIGMAS[0] / 6, SIGMAS[1]])
+    assert float(found["mean"][0]) == pytest.approx(9.81 * (2.0 * LENGTH / 6 + 30.0), rel=1e-6)
+    assert float(found.sigma[0]) == pytest.approx(math.hypot(*sigmas), rel=1e-4)
+    assert found.share.values[:, 0] == pytest.approx((sigmas / math.hypot(*sigmas)) ** 2, abs=1e-3)
+
+
 def test_expansion_of_a_polynomial():
     """y = 1 + 2 x + 3 (x^2 - 1)/sqrt(2) + 4 x z: mean 1, variance 4 + 9 + 16, of which x alone makes 13."""
     xi = _hypercube(30, 2)

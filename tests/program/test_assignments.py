@@ -3,6 +3,8 @@
 Source: the scenes that the same changes written by hand give.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from dolfbuoy.check import check
@@ -10,7 +12,7 @@ from dolfbuoy.elsewhere import MPI
 from dolfbuoy.errors import InputError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.parallel import pace
-from dolfbuoy.parallel.cases import evaluate_all
+from dolfbuoy.parallel.cases import compute, evaluate_all
 from dolfbuoy.scene import load_scene, parse_assignment
 from dolfbuoy.scene.variants import parse_vary
 from dolfbuoy.studies.sweep import sweep
@@ -148,6 +150,16 @@ def test_after_the_first_case_a_line_estimates_the_time_of_the_others(tmp_path, 
     evaluate_all(lambda case: wait(30.0), [{"x": x} for x in (1, 2, 3)], tmp_path)
     shown = " ".join(capsys.readouterr().err.split())
     assert "The first of 3 cases took 30 s: about 60 s to go." in shown
+
+
+def test_before_any_case_an_executor_is_said_to_take_so_long(tmp_path, wait, capsys):
+    """By work in seconds, shared by its workers; after the first case by the time that this one took."""
+    with ThreadPoolExecutor(2) as executor:
+        cases = [{"x": x} for x in (10, 30, 20)]
+        compute(lambda case: wait(case["x"] / 2), cases, tmp_path, executor=executor, work=lambda case: case["x"])
+    assert "3 cases, 2 at once: about 30 s, by their steps, elements and waves." in " ".join(
+        capsys.readouterr().err.split()
+    )
 
 
 def test_the_first_steps_estimate_the_time_of_all_cases(tmp_path, wait, capsys):

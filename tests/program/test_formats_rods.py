@@ -501,6 +501,13 @@ def test_a_vessel_goes_to_moordyn_and_back():
     out = export(load_scene(scene))
     assert read(out.files["lines.txt"])[0]["vessel"] == scene["vessel"]
     assert [top.position for top in out.driven] == [(5.0, 1.0, -4.0)]
+    assert not any("wind" in note.text for note in out.notes)
+    (ship,) = scene["vessel"]
+    moved = {"motion": [[0.0, *6 * [0.0]], [9.0, *6 * [0.0]]], "wind": {"speed_10m": 9.0, "area": 30.0, "height": 4.0}}
+    out = export(load_scene(scene | {"vessel": [ship | moved]}))
+    assert "vessel.wind is not carried over: it moves nothing, its force is an output" in [
+        note.text for note in out.notes
+    ]
 
 
 def in_moordyn(text, end=120.0):

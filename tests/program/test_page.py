@@ -246,7 +246,7 @@ def test_error_bars_stand_in_the_page(call, tmp_path):
     assert call("run", "driven", "--out", tmp_path / "bars", "--t-end", "2", "--no-plot", "--page", "--bars")[0] == 0
     page, rows = (tmp_path / "bars" / "page.html").read_text(), rows_of(read(tmp_path / "bars" / "results.nc"))
     assert "is not known" not in page
-    assert len(rows) == 20
+    assert len(rows) == 24
     for row in rows:
         assert f'<th scope="row">{row.name}</th><td>{row.value}</td><td>{row.bar}</td>' in page
 

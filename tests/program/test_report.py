@@ -97,7 +97,7 @@ def test_of_a_sweep(tmp_path, call):
     for name, version in compat.versions().items():
         assert cells(text, name) == [version]
     assert cells(text, "offset")[0] == "buoy, current.speed = 0.9"
-    (found,) = [row for row in re.findall(r"<tr>.*?</tr>", text) if '<th scope="row">tension top</th>' in row]
+    (found,) = [row for row in re.findall(r"<tr>.*?</tr>", text) if '<th scope="row">tension top [kN]</th>' in row]
     assert "current.speed = 0.9" in found
 
 

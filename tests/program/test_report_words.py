@@ -161,23 +161,29 @@ def test_a_sweep_says_how_many_cases_have_no_result(tmp_path):
 
 
 def test_extremes_of_all_cases():
-    """Least and largest of all of them with the case of the largest, and the largest of what is most probable."""
+    """Least and largest of all of them with the case of the largest, or the least if that counts, and the largest of
+    what is most probable."""
     top = {"minimum": [4200.0, 3100.0, 5000.0], "mean": [6e3, 7e3, 8e3], "maximum": [9100.0, 12500.0, 11000.0]}
     lean = {"minimum": [0.5, 0.25, 0.75], "mean": [5.0, 6.0, 7.0], "maximum": [21.0, 20.0, 22.5]}
+    slack = {"minimum": [70.0, 60.0, 50.0], "mean": [1e3, 2e3, 3e3], "maximum": [6e3, 9e3, 8e3]}
     data = {f"tension_top_{k}": (("run", "cable"), np.array(v)[:, None], {"units": "N"}) for k, v in top.items()}
     data |= {f"cone_angle_{k}": (("run", "buoy"), np.array(v)[:, None], {"units": "degree"}) for k, v in lean.items()}
+    data |= {
+        f"smallest_tension_{k}": (("run", "cable"), np.array(v)[:, None], {"units": "N"}) for k, v in slack.items()
+    }
     data["tension_top_lasting_maximum"] = ("run", "cable"), np.array([[8e3], [np.nan], [11.5e3]])
     probable = np.array([[[13e3, 1.0, 1.0]], [[14e3, 2.0, 3.0]], [[np.nan] * 3]])
-    data["tension_top_most_probable"] = ("set", "cable", "bound"), probable
+    data["tension_top_most_probable"] = data["smallest_tension_most_probable"] = ("set", "cable", "bound"), probable
     found = xr.Dataset(data, {"run": ["a", "b", "c"], "cable": ["line"], "buoy": ["buoy"]})
     text = report._extremes(found, ["a note"])
     assert cells(text)[1:] == [
-        ("tension top", "3.1", "12.5", "11.5", "kN", "b", "14"),
-        ("cone angle", "0.25", "22.5", "", "degree", "c", ""),
+        ("tension top [kN]", "3.1", "12.5", "11.5", "14", "b"),
+        ("smallest tension [kN]", "0.05", "9", "", "", "c"),
+        ("cone angle [degree]", "0.25", "22.5", "", "", "c"),
     ]
     assert "a note" in text
     empty = found.assign(tension_top_maximum=np.nan * found.tension_top_maximum)
-    assert [row[0] for row in cells(report._extremes(empty, []))[1:]] == ["cone angle"]
+    assert [row[0] for row in cells(report._extremes(empty, []))[2:]] == ["cone angle [degree]"]
 
 
 @pytest.mark.parametrize(("names", "governs"), [(["line"], "line"), (["fore", "aft", "port"], "aft")])
@@ -218,4 +224,8 @@ def test_what_varies_over_the_cases_of_a_sweep():
     scene = load_scene(STILL | SLOW | {"waves": SEA})
     assert "seeds 3, 4, 5, a current" in report.in_words(scene, found["waves.seed"])[-1]
     text = report._inputs(scene, [("1", "a case")], found)
-    assert "vary waves.seed 3, 4, 5; current.speed 0.5, 1.0;" in text
+    assert "vary current.speed 0.5, 1.0; cable.length 10.0, " in text
+    assert text.count("3, 4, 5") == 1
+    assert "Over the cases" not in report._inputs(scene, [("1", "a case")], {"waves.seed": "3, 4, 5"})
+    still = load_scene(STILL | SLOW)
+    assert "vary waves.seed 3, 4;" in report._inputs(still, [("1", "a case")], {"waves.seed": "3, 4"})

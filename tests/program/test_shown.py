@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from dynamics_helpers import rotation_matrix
 from made_up import ALONE, PERIOD, RECORD, SCENE
+from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from scipy import signal
@@ -23,6 +24,7 @@ from dolfbuoy.results.after_ramp import density, welch
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.series import mean_over_time
 from dolfbuoy.results.snapshot import snapshot
+from dolfbuoy.results.style import COLORS
 
 
 def curves(axes):
@@ -419,6 +421,25 @@ def test_what_a_snapshot_knows():
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any(label.startswith("external force, 1.3 kN (") for label in labels)
     assert any(label.startswith(f"wind force, {size:.3g} N") for label in labels)
+
+
+def test_the_wind_on_a_vessel_away_from_the_buoy_is_drawn_in_the_panel_that_has_it():
+    """To a scale of its own, and there alone; of a vessel within the panel around the buoy it is drawn there."""
+    wind = {"speed_10m": 10.0, "area": 30.0, "height": 2.0}
+    record = RECORD.assign(wind_force=(("time", "vessel", "xyz"), np.full((RECORD.sizes["time"], 1, 3), 750.0)))
+    for x, where in ((12.0, 0), (4.0, 1)):
+        ship = {"name": "ship", "position": [x, 0.0, 0.0], "fairleads": {"bow": [0.0, 0.0, 0.0]}, "wind": wind}
+        moved = ship | {"motion": [[t] + 6 * [0.0] for t in (0.0, 40.0)]}
+        scene = load_scene(SCENE, vessel=[moved], cable__from="ship.bow", cable__anchor=None)
+        figure = snapshot(record, scene, 12.1)
+        labels = [text.get_text().partition(",")[0] for text in figure.legends[0].get_texts()]
+        assert ("wind force on a vessel" in labels) == (where == 0)
+        green = to_rgb(COLORS["green"])
+        drawn = [
+            sum(tuple(one.get_color()[0][:3]) == pytest.approx(green) for one in artists(axes, Line3DCollection))
+            for axes in figure.axes
+        ]
+        assert drawn == ([1, 1] if where == 0 else [0, 2])  # one is that of the buoy
 
 
 def test_an_instant_without_a_buoy_has_no_forces():

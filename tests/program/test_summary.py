@@ -228,8 +228,8 @@ def test_units_of_the_record():
         "N m": "anchor_moment end_moment touchdown_moment cable_moment",
         "m-1": "largest_curvature curvature curvature_maximum curvature_maximum_after_ramp",
         "W": "absorbed_power",
-        "N": "tension_top tension_anchor anchor_force anchor_uplift anchor_horizontal needed_weight end_tension "
-        "mooring_force wind_force drift_force cable_tension growth_weight place_tension take_off_tension "
+        "N": "tension_top tension_anchor smallest_tension anchor_force anchor_uplift anchor_horizontal needed_weight "
+        "end_tension mooring_force wind_force drift_force cable_tension growth_weight place_tension take_off_tension "
         "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell place_s length_on_bed touchdown joint_position offset freeboard "
@@ -240,7 +240,7 @@ def test_units_of_the_record():
         "kg": "displaced_mass",
         "kg m s-1": "linear_momentum",
         "kg m2 s-1": "angular_momentum",
-        "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
+        "degree": "cone_angle lean_at_start roll pitch yaw wave_direction_deg wave_phase_deg",
         "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell "
         "utilisation anchor_use bend_utilisation cable_utilisation_maximum growth_diameter growth_mass",
     }
