@@ -66,7 +66,7 @@ def spectra_of(
     if period is not None and t[-1] - t[0] < PERIODS * period * (1 - 1e-9):
         raise TooShort(
             f"No {what}: it needs {PERIODS} periods after the ramp of {ramp_of(scene):g} s, "
-            f"the record has {(t[-1] - t[0]) / period:.2g}."
+            f"the record has {(t[-1] - t[0]) / period:.3g}."
         )
     return [(name, *density(t, values[rows], period)) for name, values in series], period
 

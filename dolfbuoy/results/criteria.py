@@ -190,7 +190,7 @@ def _of_limits(found: _Record) -> Iterator[Verdict]:
         if not found.series(limit.series):
             names = ", ".join(dict.fromkeys(place_of(one.label).name for one in series_of(found.late)))
             raise InputError(f"criteria.limits: {text!r} is of what this scene does not record; it has {names}.")
-        unit = described(limit.series)[0].replace("degree", "deg")
+        unit = {"1": "", "degree": "deg"}.get(own_unit := described(limit.series)[0], own_unit)
         name, upper = f"{limit.series}.{limit.number}", limit.sign == "<"
         own = list(found.judged(name, limit.series, limit.number, limit.bound, unit, upper, limit.part))
         if not own:

@@ -13,6 +13,8 @@ from rich.table import Table
 
 #: Columns of what is no terminal: more than any table has.
 ENDLESS = 10_000
+#: Numbers below this are rounding, of metres, degrees and newtons.
+NOTHING = 1e-9
 
 
 class Output(Console):
@@ -38,8 +40,9 @@ class Plain(Table):
 
 
 def rounded(x: float, digits: int = 2) -> str:
-    """A number with so many digits that count, without an exponent below a million: 120, not 1.2e+02."""
-    return f"{float(f'{x:.{digits}g}'):g}"
+    """A number with so many digits that count, without an exponent below a million: 120, not 1.2e+02; what is only
+    rounding is 0."""
+    return f"{float(f'{x:.{digits}g}'):g}" if not abs(x) < NOTHING else "0"
 
 
 def years(life: float) -> str:
@@ -103,10 +106,6 @@ def force_unit(values: Any) -> tuple[str, float]:
 def unit_of(values: Any, unit: str) -> tuple[str, float]:
     """Unit in which values of a unit are shown, and the factor to it: of forces by their size, else the same."""
     return force_unit(values) if unit == "N" else (unit, 1.0)
-
-
-#: Numbers below this are rounding, of metres, degrees and newtons.
-NOTHING = 1e-9
 
 
 def plain(x: float) -> str:
