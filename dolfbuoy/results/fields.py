@@ -3,6 +3,7 @@
 from .quantity import Quantity, of
 
 _frame_nodes = of("node xyz", "frame")
+_frame_sizes = of("node", "frame")
 _run_nodes = of("node xyz", "run")
 _run_sizes = of("node", "run")
 _run_cells = of("cell", "run")
@@ -14,12 +15,19 @@ FIELDS: tuple[Quantity, ...] = (
     Quantity("frame", (), "s", "time of a frame", over="frame"),
     _frame_nodes("cable_position", "m", "position of the cable's nodes, in order from the anchor"),
     _frame_nodes("cable_velocity", "m s-1", "velocity of the cable's nodes, in order from the anchor"),
-    _frame_nodes("cable_moment", "N m", "m = EI t' of the cable's nodes; the bending moment is t x m"),
-    Quantity("curvature", ("node",), "m-1", "curvature in the cable's nodes, in order from the anchor", over="frame"),
+    _frame_nodes(
+        "cable_moment", "N m", "m = EI t' of the cable's nodes; the bending moment is t x m", paraview="moment m"
+    ),
+    _frame_sizes("curvature", "m-1", "curvature in the cable's nodes, in order from the anchor", paraview="curvature"),
     Quantity("cable_tension", ("cell",), "N", "mean tension of each element, in order from the anchor", over="frame"),
     _run_nodes("cable_position_minimum", "m", "least coordinates of the cable's nodes in any step"),
     _run_nodes("cable_position_maximum", "m", "largest coordinates of the cable's nodes in any step"),
-    _run_sizes("curvature_maximum", "m-1", "largest curvature in the cable's nodes in any step"),
+    _run_sizes(
+        "curvature_maximum",
+        "m-1",
+        "largest curvature in the cable's nodes in any step",
+        paraview="largest curvature",
+    ),
     _run_sizes("curvature_maximum_after_ramp", "m-1", "largest curvature in the nodes from the end of the ramp on"),
     _run_cells("cable_tension_minimum", "N", "least tension at any node of each element in any step"),
     _run_cells(

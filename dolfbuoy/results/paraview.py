@@ -137,7 +137,8 @@ def instants(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
 
 
 def cable_mesh(frame: Frame) -> meshio.Mesh:
-    """All cables with s and velocity at their nodes and the tension of their elements, those that parted left out."""
+    """All cables with s, velocity, moment and curvature at their nodes and the tension of their elements, those that
+    parted left out."""
     record, spans = frame.run.record, frame.run.spans
     first = np.concatenate([np.arange(span.node.start, span.node.stop - 1) for span in spans])
     cell = np.concatenate([np.repeat(np.arange(span.cell.start, span.cell.stop), span.per) for span in spans])
@@ -145,6 +146,7 @@ def cable_mesh(frame: Frame) -> meshio.Mesh:
     nodes, cells = {"s [m]": record.s.values}, {"tension [N]": [frame.tension[cell]]}
     if "cable_velocity" in record:
         nodes["velocity [m/s]"] = record.cable_velocity.values[frame.number]
+    nodes |= _fields(frame, "node", "frame") | _fields(frame, "node", "run")
     cells |= {field: [values[cell]] for field, values in _fields(frame, "cell", "run").items()}
     cells |= {
         field: [values[record.cable_of_cell.values[cell]]] for field, values in _fields(frame, "cable", "time").items()
@@ -175,7 +177,8 @@ def _fields(frame: Frame, kind: str, over: str) -> dict[str, NDArray[Any]]:
     """Values of what is shown of each buoy, cell, ... there: (name of the field with its unit, values)."""
     record, every = frame.run.record, quantities.over(over).values()
     shown = [one for one in every if one.paraview and one.kind == kind and one.name in record]
-    return {one.field: record[one.name].values[frame.row if over == "time" else ...] for one in shown}
+    row = {"time": frame.row, "frame": frame.number}.get(over, ...)
+    return {one.field: record[one.name].values[row] for one in shown}
 
 
 def buoy_mesh(frame: Frame) -> meshio.Mesh:

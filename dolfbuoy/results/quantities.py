@@ -159,6 +159,7 @@ _ALL: tuple[Quantity, ...] = (
         read=lambda n: n.each("bending", 3)[..., 0],
         curves=(Curve("bending moment", "lower end"),),
         at_ends="bending moment at {low}",
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
         summary="bending moment at the lower end",
     ),
     _cable(
@@ -168,6 +169,7 @@ _ALL: tuple[Quantity, ...] = (
         read=lambda n: n.each("bending", 3)[..., 1],
         curves=(Curve("bending moment", "upper end"),),
         at_ends="bending moment at {high}",
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
         summary="bending moment at the upper end",
     ),
     _cable(
@@ -176,6 +178,7 @@ _ALL: tuple[Quantity, ...] = (
         "bending moment where the cable leaves the sea bed; 0 if nothing lies",
         read=lambda n: n["touchdown_moment"],
         curves=(Curve("bending moment", "touchdown"),),
+        shown={"statistics": ""},
         summary="bending moment at the touchdown",
     ),
     _cable(
@@ -198,6 +201,7 @@ _ALL: tuple[Quantity, ...] = (
         "1",
         "curvature times minimum_bend_radius, the largest of the cable",
         read=lambda n: n["bend_utilisation"],
+        shown=dict.fromkeys(("statistics", "sweep"), ""),
         summary="curvature over the allowed one",
         outputs=True,
     ),

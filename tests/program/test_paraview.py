@@ -82,6 +82,20 @@ def test_paraview_cable_is_the_record(moored):
         np.testing.assert_array_equal(mesh.cell_data["largest tension [N]"][0], record.cable_tension_maximum)
 
 
+def test_paraview_has_the_bending_of_lines_that_bend(tmp_path):
+    """Moment and curvature in the nodes of an instant, and the largest curvature of all steps."""
+    time = {"end": 0.4, "step": 0.1, "output_every": 0.2}
+    rod = {"bending_stiffness": 1e3, "top": {"kind": "free"}, "from_end": {"direction": [1.0, 0.0, 0.0]}}
+    points = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]
+    scene = load_scene(HANGING, cable=rod, time=time, initial={"kind": "polyline", "points": points})
+    simulate(scene, out=tmp_path)
+    mesh, record = meshio.read(export(tmp_path)[1]), results.read(tmp_path / "results.nc")
+    np.testing.assert_array_equal(mesh.point_data["moment m [N m]"], record.cable_moment.values[1])
+    np.testing.assert_array_equal(mesh.point_data["curvature [m-1]"], record.curvature.values[1])
+    np.testing.assert_array_equal(mesh.point_data["largest curvature [m-1]"], record.curvature_maximum)
+    assert np.abs(record.cable_moment.values[1]).max() > 0
+
+
 def test_paraview_cable_of_higher_degree_has_its_tension_on_every_piece(tmp_path):
     scene = load_scene(HANGING, cable={"elements": 2, "position_degree": 3, "tension_degree": 2})
     scene.save(tmp_path / "scene.toml")
