@@ -1,4 +1,5 @@
-"""Three legs from a point that is driven, in still water, against MoorDyn: peaks and troughs of the top tensions.
+"""Lines that are driven in still water against MoorDyn: peaks and troughs of the top tensions of three legs, and the
+tension of a cable that bends.
 
 Source: MoorDyn from PyPI (the extra `test`; skipped without it), lumped masses and explicit steps; both refined.
 """
@@ -10,9 +11,11 @@ import alone
 import numpy as np
 import pytest
 
+from dolfbuoy.formats.moordyn_run import run as moordyn_run
 from dolfbuoy.formats.moordyn_run import silent
+from dolfbuoy.formats.to_moordyn import export
 from dolfbuoy.model.lines import top_position
-from dolfbuoy.scene import Top
+from dolfbuoy.scene import Top, load_scene
 
 ROPE = {"line_density": 12.0, "diameter": 0.05, "axial_stiffness": 3e6}
 ADDED_MASS, TANGENTIAL_DRAG = 1.0, 0.1
@@ -123,3 +126,22 @@ def test_three_legs(case, tmp_path):
     for x, y in ((coarse, fine), others, (fine, others[1])):
         print(np.round(x, 1).tolist(), np.round(y, 1).tolist(), np.abs((x - y) / allowed).max())
         assert (np.abs(x - y) < allowed).all()
+
+
+@pytest.mark.slow
+def test_a_driven_cable_that_bends():
+    """`driven` with EI = 1 kN m^2, pinned: the top tension over two periods, and what EI takes off its peak."""
+    pytest.importorskip("moordyn")
+    peaks, series = [], None
+    for EI in (0.0, 1e3):
+        scene = load_scene("driven", cable={"bending_stiffness": EI, "slack": "compressive"}, time={"end": 30.0})
+        run, other = alone.simulate(scene), moordyn_run(export(scene), 30.0)
+        t = np.arange(20.0, 30.0, 0.02)
+        series = [np.interp(t, run.time, run.tension_top.values.ravel()), np.interp(t, other.t, other.tension[:, 0, 1])]
+        peaks.append([one.max() for one in series])
+    ours, theirs = series
+    assert np.sqrt(np.mean((ours - theirs) ** 2)) < 0.005 * np.ptp(ours)
+    assert ours.max() == pytest.approx(theirs.max(), rel=2e-3)
+    change = np.subtract(*peaks)
+    assert change[0] > 40.0
+    assert change[0] == pytest.approx(change[1], rel=0.1)
