@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 #: Instants that are noted before quantities are made of them.
 ROWS = 1024
 MODES = 10  #: natural periods
+#: Part of the largest number of a series below which another one is 0, as the tension of a slack line.
+ROUNDING = 1e-12
 Values = dict[str, Any]  #: arrays of quantities by name
 
 
@@ -274,8 +276,10 @@ def _outputs(scene, parameters, found, pairs, half):
         row[:] = [h * less(above[output], below[output]) for output in base]
     value = np.array(list(base.values()))
     sizes = np.array([1.0 if np.isnan(p.value) else p.value for p in parameters])
+    sizes_of = [max(abs(x) for o, x in base.items() if o[::2] == output[::2]) for output in base]  # of their series
     with np.errstate(divide="ignore", invalid="ignore"):
-        elasticity = np.where(value == 0, np.nan, slopes * sizes[:, None] / value)
+        rounding = np.abs(value) <= ROUNDING * np.array(sizes_of)
+        elasticity = np.where(rounding, np.nan, slopes * sizes[:, None] / value)
     texts = (
         "derivative of the output, in its unit over parameter_unit",
         "change of the output in per cent for one per cent of the parameter",

@@ -111,6 +111,33 @@ def test_a_line_that_is_nowhere_slack():
     assert float(found.dataset.value[0]) == pytest.approx(400 / 9.81 - 5.0, rel=1e-5)
 
 
+STORM = {"current.speed": 1.5, "waves.amplitude": 0.9, "waves.period": 6.0}
+STORM |= {"cable.elements": 36, "time.step": 0.04, "time.end": 25.0}
+
+
+@pytest.mark.slow
+def test_chain_and_sinker_of_a_navigation_buoy():
+    """As heavy as a storm asks for: with less chain the sinker is pulled up by more, and both weigh more with more."""
+    begin = {"cable.length": 32.0, "anchor.weight": 14e3}
+    vary = {"cable.length": (20.0, 50.0), "anchor.weight": (3e3, 60e3)}
+    hold = ["anchor_use.max < 0.8", "anchor_uplift.max < 100", "utilisation.max < 0.02"]
+    least = "cable.line_density*cable.length + anchor.weight/9.81"
+    found = design("navigation-buoy", vary, least, hold, **STORM, **begin)
+    assert found.dataset.active.values.tolist() == [True, True, False]
+    length, weight = found.dataset.value.values
+    rows = []
+    for more in (-1.0, 0.0, 1.0):  # runs of their own, without derivatives
+        record = dolfbuoy.simulate("navigation-buoy", **STORM, **{"cable.length": length + more})
+        late = record.isel(time=record.time.values >= 10.0 - 1e-9)
+        needed = float(late.needed_weight.max()) / 0.8
+        rows.append((float(late.anchor_uplift.max()), needed, 13.45 * (length + more) + needed / 9.81))
+    (shorter, _, _), (uplift, needed, mass), (_, _, heavier) = rows
+    assert (uplift, needed) == pytest.approx((100.0, weight), rel=2e-4)
+    assert found.dataset.attrs["least"] == pytest.approx(mass, rel=1e-4)
+    assert shorter > 150
+    assert heavier > mass + 10
+
+
 def test_limits_hold_in_all_load_cases():
     """The case with the larger gravity decides."""
     cases = [{}, {"gravity": 12.0}]

@@ -4,6 +4,8 @@ Source: central differences of whole runs of the same steps; closed forms at res
 dimensional analysis.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,8 +17,9 @@ from dolfbuoy.accuracy.outputs import numbers_of, series_after
 from dolfbuoy.errors import InputError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.motion.tangent import Tangent
+from dolfbuoy.results.quantities import QUANTITIES
 from dolfbuoy.results.series import Series
-from dolfbuoy.sensitivity.derivatives import of_equilibrium, of_run
+from dolfbuoy.sensitivity.derivatives import _outputs, of_equilibrium, of_run
 from dolfbuoy.sensitivity.parameters import parameters_of
 
 TIME = {"end": 0.8, "step": 0.02, "scheme": "bdf2"}
@@ -287,6 +290,20 @@ def test_numbers_that_have_no_bars():
     assert found.d_lean_at_start.values[0, 0] == found.d_output.values[0, 1]
     expected = [levels[2] - levels[0], high[1] - low[1]]
     assert found.d_output.values[0] == pytest.approx(np.array(expected) / 1.8e-4, rel=2e-3)
+
+
+def test_what_is_only_rounding_has_no_elasticity():
+    """The tension of a line that goes slack is 0 but for rounding, of which a per cent means nothing."""
+    time, half = np.linspace(0.0, 1.0, 11), np.array([0.5])
+    runs = [{"smallest_tension": 900 * np.abs(time - 0.5)[:, None] + tiny} for tiny in (3e-14, 1e-14, 5e-14)]
+    attributes = QUANTITIES["smallest_tension"].attributes()
+    data = {"smallest_tension": (("time", "cable"), runs[0]["smallest_tension"], attributes)}
+    base = xr.Dataset(data, {"time": time, "cable": ["line"], "parameter": ["cable.length"]})
+    scene = dolfbuoy.load_scene("driven", cable__top__ramp=0.0, time__end=1.0)
+    found = _outputs(scene, [SimpleNamespace(value=20.0)], base, [runs[1:]], half)
+    values = dict(zip(found.output.values, found.elasticity.values[0], strict=True))
+    assert np.isnan(values["smallest_tension.min"])
+    assert abs(values["smallest_tension.max"]) < 1e-12
 
 
 def test_the_smallest_tension_of_each_line_at_rest():
