@@ -16,6 +16,7 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.sensitivity.uncertainty import _chaos, _hypercube, _sampled, uncertain_of, uncertainty
 
 module = importlib.import_module("dolfbuoy.sensitivity.uncertainty")
+METHODS = ("chaos", None), ("samples", 100)
 LENGTH = 10.0
 HANGING = {  # at rest: the tension at its top is its weight and that of what hangs on it
     "cable": {
@@ -152,3 +153,17 @@ def test_numbers_of_samples_are_those_of_their_table():
     assert (low, high) == (pytest.approx(2.45), pytest.approx(8.55))
     assert math.isnan(r2)
     assert share == pytest.approx([11.0**2 / 5 / 25, 0.0], abs=1e-12)
+
+
+@pytest.mark.slow
+def test_scatter_of_a_maximum_over_uncertain_coefficients():
+    """Largest top tension of `short`: an expansion from 42 runs, and 100 samples that know of no expansion."""
+    changes = {"time.end": 20.0, "uncertain": {"buoy.normal_drag": "20%", "buoy.added_mass": "30%"}}
+    changes["uncertain"] |= {"current.speed": "10%", "waves.amplitude": "5%", "buoy.mass": "5%"}
+    of = ["tension_top.max"]
+    chaos, samples = (uncertainty("short", method, runs, of, **changes) for method, runs in METHODS)
+    assert float(chaos.r2[0]) > 0.98
+    assert float(chaos["mean"][0]) == pytest.approx(float(samples["mean"][0]), rel=0.02)
+    assert float(chaos.sigma[0]) == pytest.approx(float(samples.sigma[0]), rel=0.15)
+    for name in ("p05", "p95"):
+        assert float(chaos[name][0]) == pytest.approx(float(samples[name][0]), abs=0.5 * float(samples.sigma[0]))
