@@ -143,6 +143,17 @@ def test_conditions_at_the_surface(case):
     assert np.abs(a @ along + slope * (G + a[:, 2])).max() / G < 1e-6
 
 
+def test_no_divergence_and_no_curl():
+    """Of the velocity below the crest, by differences, beside its largest slope."""
+    water, h = AirySum.of(steep(6.0, 10.0, direction_deg=30.0)), 1e-3
+    x = np.random.default_rng(3).uniform([-60.0, -60.0, -20.0], [60.0, 60.0, 1.0], (200, 3))
+    gradient = np.array([(water.flow(2.0, x + e)[0] - water.flow(2.0, x - e)[0]) / (2 * h) for e in h * np.eye(3)])
+    size = np.abs(gradient).max()
+    assert size > 0.1
+    assert np.abs(np.einsum("ini->n", gradient)).max() < 1e-7 * size
+    assert np.abs(gradient - gradient.transpose(2, 1, 0)).max() < 1e-7 * size
+
+
 def test_a_period_later_the_phases_have_the_same_bits():
     water = AirySum.of(steep(4.0, 8.0))
     first = water.time_phase(3.25).copy()
