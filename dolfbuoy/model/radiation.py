@@ -168,7 +168,7 @@ class SlowDrift(OfComponents):
     def note(self, u: Array) -> None:
         """Find the whole force at the place that local unknowns u give to C."""
         (kx, ky, _, phases), x = self._kept, self.buoy.fields.of(u[self.buoy.part.slice]).position
-        wave = self.buoy.sea.scale[0] * np.exp(1j * (kx * x[0] + ky * x[1] + phases))
+        wave = self.buoy.sea.scale[0] * np.exp(1j * (kx * x[0] + ky * x[1] + phases[: len(kx)]))  # they are padded
         left, *right = wave @ self._whole
         self.numbers[:2] = [(left.conjugate() * one).real for one in right]
 
