@@ -3,12 +3,14 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..meshes import HullShape
 from ..model.feasible import hanging_weight
 from ..model.problem import Problem
 from ..model.rigid import Floating, MassProperties, float_upright, mass_properties, shape_of, weight_per_length
+from ..model.sea import wavenumber
 from ..parallel.ranks import bcast
 from ..results.tables import newtons
 from ..roots import brentq
@@ -143,7 +145,7 @@ def of_buoys(depth: float, buoys: Iterable[Upright], report: "Report") -> None:
 
 def buoys_at_rest(problem: Problem, report: "Report") -> None:
     """Add places of moored buoys at rest to the Report of `check`; collective."""
-    network = problem.network
+    network, places = problem.network, []
     for name, rank in problem.buoy_ranks.items():
         buoy, of = problem.buoys.get(name), f" of {name}" if len(network.buoys) > 1 else ""
         x, y, z = bcast(problem.comm, buoy and buoy.fields.of(problem.system.u[buoy.part.slice]).position, rank)
@@ -157,3 +159,18 @@ def buoys_at_rest(problem: Problem, report: "Report") -> None:
             what = "the anchor" if len(far) == 1 else "the middle of its anchors"
             report.add(f"equilibrium: offset of C{of} from {what}", math.dist((x, y), middle), "m")
         report.add(f"equilibrium: C{of} above still water", z, "m")
+        places.append((x, y))
+    waves: Any = problem.scene.waves
+    if places and waves is not None and waves.crest is not None:
+        nearest = min(places, key=partial(math.dist, waves.crest_position))
+        _crest_far_away(problem.scene, math.dist(nearest, waves.crest_position), nearest, report)
+
+
+def _crest_far_away(scene: Scene, away: float, nearest: tuple[float, float], report: "Report") -> None:
+    """Warn of a prescribed crest that is a twentieth of a wavelength or more from where the nearest buoy rests."""
+    waves: Any = scene.waves
+    (x, y), there = waves.crest_position, f"waves.crest_position = [{nearest[0]:.3g}, {nearest[1]:.3g}] has it there"
+    report.warn(
+        away * wavenumber(scene) > 2 * math.pi / 20,
+        f"waves.crest_position = [{x:g}, {y:g}] is {away:.3g} m from where the buoy rests; {there}.",
+    )

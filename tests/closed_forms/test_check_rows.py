@@ -106,6 +106,16 @@ def test_a_prescribed_crest_beside_the_usual_one(share, word):
     assert steep.startswith(f"of a wave of {2 * max(crest, usual):.3g} m")
 
 
+def test_a_prescribed_crest_that_passes_by():
+    """At the anchor of a buoy that rests 15.5 m from it in the current, in waves of 55 m; and where it rests."""
+    crest = {"waves__crest": 2.0, "waves__crest_time": 40.0}
+    (warning,) = (one for one in check(load_scene("storm", **crest)).warnings if "crest_position" in one)
+    assert warning.startswith("waves.crest_position = [0, 0] is 15.5 m")
+    assert "[15.5, 0] has it there" in warning
+    there = load_scene("storm", **crest, waves__crest_position=(15.5, 0.0))
+    assert not any("crest_position" in one for one in check(there).warnings)
+
+
 # -- fatigue -----------------------------------------------------------------------------------------------------------
 
 PLAIN = {"line_density": 20.0, "axial_stiffness": 1e7, "anchor": [0.0, 0.0, 0.0]}
