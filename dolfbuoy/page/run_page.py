@@ -17,7 +17,7 @@ from ..results.criteria import HEADINGS, governing, verdicts
 from ..results.elasticities import columns_of_run, order_of, percent, value_of
 from ..results.frame import Frames
 from ..results.parts import parts_of
-from ..results.summary import remaining_amplitude, summary, warnings
+from ..results.summary import exceeded, remaining_amplitude, summary, warnings
 from ..results.tables import unit_of
 from ..results.trajectories import pushes
 from ..scene import load_scene
@@ -134,7 +134,8 @@ LARGEST = (
 
 
 def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
-    """The largest of each key figure over all parts, with its time: a number, and where to jump."""
+    """The largest of each key figure over all parts, with its time: a number, and where to jump; of forces also what
+    is exceeded there for longer."""
     found = []
     for label, kind, quantity, unit, series in LARGEST:
         able = [(name, series(part)) for name, part in parts if quantity in part]
@@ -143,7 +144,13 @@ def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
         name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
         row = int(np.nanargmax(values))
         shown, factor = unit_of(values, unit)
-        moment = {"label": f"{name}: {label}" if name else label, "value": f"{factor * values[row]:.4g}", "unit": shown}
+        moment: dict[str, Any] = {
+            "label": f"{name}: {label}" if name else label,
+            "value": f"{factor * values[row]:.4g}",
+            "unit": shown,
+        }
+        below = exceeded(record, values) if unit == "N" else []
+        moment["lasting"] = [f"{what}: {level} {of}" for what, level, of in below]
         found.append(moment | {"t": float(record.time[row]), "part": name, "kind": kind})
     return found
 
@@ -155,6 +162,7 @@ def _keys(moments: list[dict[str, Any]]) -> Markup | None:
             "button",
             tag("span", moment["label"], class_="what"),
             tag("span", moment["value"], tag("small", f" {moment['unit']}"), class_="number"),
+            *(tag("span", words, class_="what") for words in moment["lasting"]),
             tag("span", f"at {moment['t']:.4g} s", class_="when"),
             type="button",
             data_t=repr(moment["t"]),

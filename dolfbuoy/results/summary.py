@@ -190,13 +190,19 @@ def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, st
     least = 0.0 if -ROUNDING * largest.max() < least < 0 else least
     rows.append(_range("tension of its elements", [least, largest.max()], *force_unit([least, largest.max()])))
     for row, values in ((1, force), (0, record.tension_top.values)):  # each below its range
-        if not math.isnan(lasting := Series("", record.time.values, values).lasting_maximum):
-            unit, factor = force_unit(values)
-            rows.insert(row + 1, (f"exceeded there for {LASTING:g} s", f"{factor * lasting:.4g}", unit))
+        rows[row + 1 : row + 1] = exceeded(record, values)
     rows.append(("s of the largest", f"{float(record.s_cell[largest.argmax()]):.4g}", "m"))
     if "largest_curvature" in record and not record.largest_curvature.any():  # it does not bend, others do
         record = record.drop_vars(_OF_BENDING, errors="ignore")
     return rows + _declared(record, "cable")
+
+
+def exceeded(record: xr.Dataset, force: NDArray[Any]) -> list[tuple[str, str, str]]:
+    """Row of the level above which a force [N] of each instant stays for LASTING seconds; none of a shorter run."""
+    if math.isnan(level := Series("", record.time.values, force).lasting_maximum):
+        return []
+    unit, factor = force_unit(force)
+    return [(f"exceeded there for {LASTING:g} s", f"{factor * level:.4g}", unit)]
 
 
 def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:

@@ -23,6 +23,7 @@ from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.mode_record import enlargement
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import STATISTICS
+from dolfbuoy.results.series import Series
 from dolfbuoy.results.summary import summary
 
 RUN = RECORD.assign_attrs(unknowns=345, version_dolfbuoy="1.2", created="now", effects="all", ranks=2)
@@ -67,7 +68,8 @@ def test_largest_values_and_their_times(page, found):
     for button, moment, (label, (values, unit, kind)) in zip(buttons, found["moments"], wanted.items(), strict=True):
         t = T[values.argmax()]
         said = [html.unescape(text) for text in re.findall(r">([^<]+)<", button)]
-        assert said == [label, f"{values.max():.4g}", f" {unit}", f"at {t:.4g} s"]
+        lasting = [f"exceeded there for 1 s: {Series('', T, values).lasting_maximum:.4g} kN"] if unit == "kN" else []
+        assert said == [label, f"{values.max():.4g}", f" {unit}", *lasting, f"at {t:.4g} s"]
         assert (float(re.search(r'data-t="([^"]*)"', button)[1]), moment["t"]) == (t, t)
         assert (moment["kind"], moment["part"]) == (kind, "")
 
