@@ -76,7 +76,6 @@ class LineGroups(Pieces, Model):
     publish_points, owns_end, set_shape = _of_all("publish_points"), _of_piece("owns_end", 0), _of_piece("set_shape")
     set_moment = _of_piece("set_moment")
     weight_of, grounded, anchor_tension = _of_piece("weight_of"), _of_piece("grounded"), _of_piece("anchor_tension")
-    lying = _of_piece("lying")
     scene = property(lambda self: self.groups[0].scene)
     bed = property(lambda self: self.groups[0].bed)  #: one of several, on the same plane
     elastic = property(lambda self: any(group.elastic for group in self.groups))

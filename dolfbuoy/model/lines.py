@@ -363,10 +363,6 @@ class Lines(Layout, Masses):
         """Grounded length of a piece, on every rank."""
         return self.bed.grounded(u, line)
 
-    def lying(self, u: np.ndarray, out: np.ndarray, line: int = 0) -> Callable[[], object]:
-        """Function that puts the numbers of `GroundedLength` of a piece into `out`."""
-        return self.bed.lying(u, out, line)
-
     def blocks(self, length: float, force: float) -> list[Block]:
         L, h, first = self.longest, self.smallest_cell, self.part.offset
         moving = max(c.line_density for c in self.sections) * h * L

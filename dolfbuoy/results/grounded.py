@@ -34,7 +34,8 @@ class Grounded:
         """Functions that bring it up to date, in order."""
         lines: Any = self._problem.lines
         for piece, row in enumerate(self._pieces):
-            yield lines.lying(self._problem.system.u, row, piece)
+            group, number = lines.holder(piece)
+            yield group.bed.lying(self._problem.system.u, row, number)
         fields = {"pieces": self._pieces, "firsts": self._firsts, "cables": len(self.rows)}
         yield work("sum_lying", "lying_cables", fields | {"rows": self.rows, "last": self._last})
         if self._bending is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from .observe import Noted
+    from .noted import Noted
 
 #: Where the main quantities are shown, over runs and cases: tables of statistics and sweeps, their figures and page.
 EVERYWHERE = ("statistics", "statistics figure", "sweep", "sweep figure", "sweep page")

@@ -147,7 +147,7 @@ class _Links:
         raise SolveError(f"links still turn after {MOST} iterations")
 
     def _turn(self, t: Array, c: Array) -> tuple[Array, Array]:
-        """Newton's turn of each link, across it, and his change of c."""
+        """Newton's turn of each link, across it, and its change of c."""
         from scipy.linalg import solve_banded  # slow to import
 
         k, across, n = self.springs, _across(t), len(t)
