@@ -70,6 +70,7 @@ def test_the_crest_is_there(waves):
     assert min(there - before, there - after) > 0
 
 
+@pytest.mark.slow
 def test_mean_and_deviation_over_seeds():
     """The sea's own far from the crest, NewWave beside it."""
     lags = np.array([0.0, 1.0, 2.0, 3.5, 5.0, 8.0])

@@ -456,7 +456,7 @@ def resident():
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
 
 
-@pytest.mark.parametrize("many", [48, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("many", [16, pytest.param(1000, marks=pytest.mark.slow)])
 def test_sessions_leave_no_memory_behind(many):
     def several(count):
         for _ in range(count):

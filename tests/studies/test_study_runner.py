@@ -4,15 +4,21 @@ Source: made-up studies and cases, counted by hand.
 """
 
 import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
+import mpi_helpers
 import pytest
+from mpi_helpers import environment
 from typer.testing import CliRunner
 
 from dolfbuoy.commands.study import studies
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies import hard_cases
 from dolfbuoy.studies.accuracy import inf_sup
-from dolfbuoy.studies.study import Table, run, run_command, save
+from dolfbuoy.studies.study import Table, run_command, save
 
 COMMANDS = [command.name or command.callback.__name__ for command in studies.registered_commands]
 
@@ -80,32 +86,53 @@ def test_dear_one(found):
 
 
 @pytest.fixture
-def catalogue(tmp_path, monkeypatch):
-    """Cases that pass, fail, and measure nothing, in place of the hard ones."""
+def hard(tmp_path):
+    """What `study hard-cases` prints of cases that pass, fail, and measure nothing, in place of the hard ones; in a
+    process of its own, since it runs pytest."""
     place = tmp_path / "checkout" / "tests" / "robustness"
     place.mkdir(parents=True)
     settings = '[tool.pytest.ini_options]\nmarkers = ["slow: or not"]\n'
     (tmp_path / "checkout" / "pyproject.toml").write_text(settings)
     (place / "test_hard_made_up.py").write_text(CASES)
-    monkeypatch.setattr(hard_cases, "TESTS", place)
-    return tmp_path / "out"
+    paths = os.pathsep.join(filter(None, [str(Path(mpi_helpers.__file__).parent), os.environ.get("PYTHONPATH")]))
+
+    def printed(*options):
+        arguments = "dolfbuoy", "study", "hard-cases", "--out", tmp_path / "out", *options
+        code = SCRIPT.format(place=str(place), arguments=[*map(str, arguments)])
+        program = [sys.executable, "-c", code]
+        done = subprocess.run(program, capture_output=True, text=True, env=environment(PYTHONPATH=paths), timeout=300)
+        return done.returncode, done.stdout + done.stderr
+
+    return printed
 
 
-def test_hard_cases_in_a_table(catalogue, capsys):
+SCRIPT = """
+import sys
+from pathlib import Path
+from dolfbuoy.commands.main import main
+from dolfbuoy.studies import hard_cases
+
+hard_cases.TESTS, sys.argv = Path({place!r}), {arguments!r}
+main()
+"""
+
+
+def test_hard_cases_in_a_table(hard, tmp_path):
     """Table, JSON and markdown; what was measured of a case that fails is told too."""
-    assert run(hard_cases.study, catalogue, only="good").passed
-    assert not run(hard_cases.study, catalogue).passed
-    assert "1 of 2 cases pass." in capsys.readouterr().out
-    good, bad = json.loads((catalogue / "hard-cases.json").read_text())["rows"]
+    assert hard("--only", "good")[0] == 0
+    code, printed = hard()
+    assert code == 1
+    assert "1 of 2 cases pass." in printed
+    good, bad = json.loads((tmp_path / "out" / "hard-cases.json").read_text())["rows"]
     assert (good["passed"], bad["passed"]) == (True, False)
     assert bad["happened"] == "before; two 2 (at most 1)"
     assert "two 2 (at most 1)" in bad["failed"][0]
-    lines = (catalogue / "hard-cases.md").read_text().splitlines()
+    lines = (tmp_path / "out" / "hard-cases.md").read_text().splitlines()
     assert lines[2].startswith("| good-one | Asked \\| this | that | one 1, expected 1")
-    assert "1 of 2 cases pass" in (catalogue / "tables.md").read_text()
-    assert "1 of 3 cases pass" in str(run(hard_cases.study, catalogue, slow=True)) + capsys.readouterr().out
-    with pytest.raises(InputError, match="no case is called so; there are good-one, bad-one, dear-one"):
-        run(hard_cases.study, catalogue, only="c")
+    assert "1 of 2 cases pass" in (tmp_path / "out" / "tables.md").read_text()
+    assert "1 of 3 cases pass" in hard("--slow")[1]
+    code, printed = hard("--only", "c")
+    assert (code, "no case is called so; there are good-one, bad-one, dear-one" in printed) == (2, True)
 
 
 def test_hard_cases_belong_to_a_checkout(tmp_path, monkeypatch):
