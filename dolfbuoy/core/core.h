@@ -400,7 +400,7 @@ void recall(const void *context);
 
 typedef struct {                /* a sum of components: scale Re(transfer exp(i (kx x + ky y + phase))) */
     int count;
-    const double *kx, *ky, *phase, *scale, *transfer;   /* transfer: five complex numbers of each, 18 of drift */
+    const double *kx, *ky, *phase, *scale, *transfer;   /* transfer: five complex numbers of each; of drift 18, of it as a whole 3 */
     const double *position;     /* of C */
     double *force, *slope, *place;                      /* 5, (5, 2), and the x and y to which they belong; of drift 2 */
     const int *serial;          /* of the time, with which it is summed once; NULL: at every evaluation */
@@ -409,6 +409,7 @@ typedef struct {                /* a sum of components: scale Re(transfer exp(i 
 
 void diffract(void *context, double *values);
 void drift(void *context, double *values);
+void find_drift(const void *context);
 
 /* -- bed.c: lines on a sea bed -------------------------------------------------------------------------------------------- */
 

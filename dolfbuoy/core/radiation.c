@@ -107,21 +107,32 @@ void diffract(void *context, double *values)
 
 /* A slow force where the body is, of pairs of sums over the components: Re(conj(left) right), which has no part at sums
    of frequencies.  transfer: left, right along x, right along y of each pair.  It changes over the length of groups. */
+static void add_pairs(const diffraction *D, int pairs)
+{
+    enum {MOST = 6};
+    double complex sum[3 * MOST] = {0};
+    for (int n = 0; n < D->count; ++n) {
+        const double complex wave = component(D, n);
+        for (int i = 0; i < 3 * pairs; ++i)
+            sum[i] += at(D->transfer, 3 * pairs * n + i) * wave;
+    }
+    D->force[0] = D->force[1] = 0;
+    for (int i = 0; i < pairs; ++i)
+        for (int j = 0; j < 2; ++j)
+            D->force[j] += creal(conj(sum[3 * i]) * sum[3 * i + j + 1]);
+}
+
+/* Less what strips have of it: six pairs. */
 void drift(void *context, double *values)
 {
     (void)values;
-    enum {PAIRS = 6};
     diffraction *D = context;
-    if (!stale(D))
-        return;
-    double complex sum[3 * PAIRS] = {0};
-    for (int n = 0; n < D->count; ++n) {
-        const double complex wave = component(D, n);
-        for (int i = 0; i < 3 * PAIRS; ++i)
-            sum[i] += at(D->transfer, 3 * PAIRS * n + i) * wave;
-    }
-    D->force[0] = D->force[1] = 0;
-    for (int i = 0; i < PAIRS; ++i)
-        for (int j = 0; j < 2; ++j)
-            D->force[j] += creal(conj(sum[3 * i]) * sum[3 * i + j + 1]);
+    if (stale(D))
+        add_pairs(D, 6);
+}
+
+/* As a whole: one pair. */
+void find_drift(const void *context)
+{
+    add_pairs(context, 1);
 }

@@ -156,25 +156,37 @@ class Diffraction(OfComponents):
 class SlowDrift(OfComponents):
     """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`drift`).
 
-    numbers: of `note`, the whole force (3) [N]; that of the forms is without what strips have of it.
+    numbers: as of the last call of what `noting` gives, the whole force (3) [N]; that of the forms is without what
+    strips have of it.
     """
 
     hook = "drift"
 
     def __init__(self, buoy: "Buoy", c: Any) -> None:
-        self.numbers = np.zeros(3)
+        self.numbers, self._whole, self._noting = np.zeros(3), np.zeros(0), list[Work]()
         super().__init__(buoy, c)
 
-    def note(self, u: Array) -> None:
-        """Find the whole force at the place that local unknowns u give to C."""
-        (kx, ky, _, phases), x = self._kept, self.buoy.fields.of(u[self.buoy.part.slice]).position
-        wave = self.buoy.sea.scale[0] * np.exp(1j * (kx * x[0] + ky * x[1] + phases[: len(kx)]))  # they are padded
-        left, *right = wave @ self._whole
-        self.numbers[:2] = [(left.conjugate() * one).real for one in right]
+    def noting(self, u: Array) -> Work:
+        """Function that finds the whole force at the place that local unknowns u give to C."""
+        position = self.buoy.fields.of(u[self.buoy.part.slice]).position
+        found = work("find_drift", "diffraction", {"position": position, "force": self.numbers}, self)
+        self._noting.append(found)
+        self._give(found.context)
+        return found
+
+    def _give(self, context: Any) -> None:
+        self._fill(context, once=False)
+        context.transfer = address(self._whole)
+
+    def change(self) -> None:
+        super().change()
+        for one in self._noting:
+            self._give(one.context)
 
     def transfer(self, waves: AirySum, amplitude: Array) -> Array:
         drift, ways = of_components(self.buoy.scene, self.buoy.section), (waves.cosine, waves.sine)
-        self._whole = amplitude * np.column_stack([np.ones_like(drift.whole), *(drift.whole * way for way in ways)])
+        whole = amplitude * np.column_stack([np.ones_like(drift.whole), *(drift.whole * way for way in ways)])
+        self._whole = np.stack([whole, np.zeros_like(whole)], axis=-1)
         pairs = transfer(drift, *ways)
         pairs = amplitude[:, :, None] * pairs
         return np.stack([pairs.real, pairs.imag], axis=-1)

@@ -207,9 +207,11 @@ class Observer:
             yield self._stress.note
         if self._bending is not None:
             yield self._bending.note
-        slow = (buoy.slow_drift for buoy in self.problem.buoys.values() if buoy.slow_drift is not None)
-        for one in (*self.problem.take_offs, *slow):
-            yield partial(one.note, self.problem.system.u)
+        for buoy in self.problem.buoys.values():
+            if buoy.slow_drift is not None:
+                yield buoy.slow_drift.noting(self.problem.system.u)
+        for device in self.problem.take_offs:
+            yield partial(device.note, self.problem.system.u)
         if self.network.winches:
             yield self._note_winches
         if self._winds:

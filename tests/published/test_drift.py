@@ -94,7 +94,7 @@ def test_force_in_a_sea_of_several_directions():
             newman = 0.5 * (drift.whole[i] * way[:, i] + drift.whole[j] * way[:, j]) * turned.real
             whole += size * newman
             expected += size * (newman - 0.5 * (moved * turned).real * way[:, j])
-        buoy.slow_drift.note(simulation.system.u)
+        buoy.slow_drift.noting(simulation.system.u)()
     assert found == pytest.approx(expected, rel=1e-9)
     assert buoy.slow_drift.numbers == pytest.approx([*whole, 0.0], rel=1e-9)
     assert np.linalg.norm(expected - whole) > 0.1 * np.linalg.norm(whole)
