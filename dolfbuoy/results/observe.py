@@ -169,16 +169,16 @@ class Observer:
 
     def values(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
-        row, noted = self.note(), {name: np.ravel(force) for name, force in end_forces.items()}
-        if row is not None:
-            noted |= {name: row[place].copy() for name, place in self._places.items()}
-        return self._quantities(noted)
+        return self._quantities({name: np.ravel(force) for name, force in end_forces.items()} | self._columns())
 
     def begun(self) -> dict[str, NDArray[Any]]:
         """Quantities that are read off the beginning of a run, which this instant is; on rank 0."""
+        return self._quantities(self._columns(), "")
+
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        """Notes of this instant by their sources; nothing on other ranks."""
         row = self.note()
-        columns = {} if row is None else {name: row[place].copy() for name, place in self._places.items()}
-        return self._quantities(columns, "")
+        return {} if row is None else {name: row[place].copy() for name, place in self._places.items()}
 
     def note(self) -> NDArray[Any] | None:
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""

@@ -96,17 +96,17 @@ def row(name, turns):
 HEADINGS = ["scene", "periods after the ramp", "loop [s]", "companions", "steps", "both", "all"]
 
 
-def main():
-    """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(SCENES))
+def printed(text, scenes, headings, row):
+    """Command line of a benchmark with these words: print a table with a row of each scene."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(scenes))
     parser.add_argument("--turns", type=int, default=5)
     options = parser.parse_args()
-    print(f"{sentence()}\n\n| {' | '.join(HEADINGS)} |\n|---|{'---:|' * (len(HEADINGS) - 1)}")
+    print(f"{sentence()}\n\n| {' | '.join(headings)} |\n|---|{'---:|' * (len(headings) - 1)}")
     with warnings.catch_warnings(action="ignore", category=UserWarning):
-        for name in options.scenes or SCENES:
+        for name in options.scenes or scenes:
             print(f"| {' | '.join(row(name, options.turns))} |", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    printed(__doc__, SCENES, HEADINGS, row)

@@ -6,12 +6,10 @@ Seconds on the processor from the first step to the last, with all that is noted
 by the first number, and by each of the two others.  Each is the least of the turns.
 """
 
-import argparse
 import time
 
 import numpy as np
-from bars import loop
-from machine import sentence
+from bars import loop, printed
 
 from dolfbuoy import load_scene
 from dolfbuoy.sensitivity.derivatives import of_run
@@ -43,16 +41,5 @@ def row(name, turns):
     return [name, f"{plain:.3f}", f"{first / plain - 1:.2f}", f"{(three - first) / 2 / plain:.2f}"]
 
 
-def main():
-    """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(SCENES))
-    parser.add_argument("--turns", type=int, default=5)
-    options = parser.parse_args()
-    print(f"{sentence()}\n\n| scene | loop [s] | first number | each further one |\n|---|---:|---:|---:|")
-    for name in options.scenes or SCENES:
-        print(f"| {' | '.join(row(name, options.turns))} |", flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    printed(__doc__, SCENES, ["scene", "loop [s]", "first number", "each further one"], row)
