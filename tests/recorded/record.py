@@ -3,9 +3,12 @@
 OMP_NUM_THREADS=1 .venv/bin/python tests/recorded/record.py [NAME ...]   # records anew, all or those
 """
 
+import contextlib
+import io
 import itertools
 import os
 import re
+import runpy
 import shlex
 import shutil
 import sys
@@ -56,9 +59,13 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", drawn)
         patch.setattr(measured, "clock", SimpleNamespace(perf_counter=ticks, process_time=ticks))
-        for command in case["commands"]:
+        for command in case.get("commands", []):
             code, out, err = call(*shlex.split(command))
             lines += [f"== {command}: {code}", *of_text(out, folder), *of_text(err, folder)]
+        for script in case.get("scripts", []):
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                runpy.run_path(str(HERE / "made_up" / script), run_name="__main__")
+            lines += [f"== {script}", *of_text(said.getvalue(), folder)]
     found = (path for path in folder.rglob("*") if path.is_file() and path not in given)
     for path in sorted(path for path in found if not KEPT & set(path.relative_to(folder).parts)):
         told = of_file(path, folder)
@@ -69,8 +76,6 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
 
 def main(names):
     """Write the lines of all cases, or of those named."""
-    import contextlib
-    import io
     import time
 
     from dolfbuoy.commands import main as cli
