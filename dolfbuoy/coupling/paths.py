@@ -193,6 +193,9 @@ class Length(Path):
             raise InputError(f"position = {place}: must be a length > 0 of {name}.")
         return [place], None if velocity is None else numbers_of("velocity", np.ravel(velocity), 1)
 
+    def _given(self, place: Any) -> tuple[Any, ...]:
+        return np.ravel(place), None
+
 
 def product(p: Numbers, q: Numbers) -> list[float]:
     """Quaternion product p o q."""

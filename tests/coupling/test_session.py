@@ -127,6 +127,15 @@ def test_a_motion_of_the_degree_of_the_interpolation_is_followed_exactly(degree,
     np.testing.assert_array_equal(path.at(1.8), [place(1.6), np.zeros(3)])
 
 
+def test_a_length_is_a_number_after_it_was_a_function():
+    path = paths.Length(0.0, [16.0])
+    path.function = lambda t: 16.0 - t
+    path.follow(0.5, None)
+    path.function = None
+    path.follow(1.0, path.target("line.winch", 15.0, None, None, None))
+    assert path(0.75) == pytest.approx(15.25, rel=1e-15)  # as fast as before
+
+
 def test_a_turning_body_is_where_it_is_said_to_be_and_turns_as_fast():
     axis, rate = np.array([2.0, -1.0, 2.0]) / 3, 0.7
 
