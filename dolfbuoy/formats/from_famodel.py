@@ -167,7 +167,7 @@ class _Reader:
         if row.get("lengthAdjust"):
             self.notes.append(Note(f"{name}: lengthAdjust = {row['lengthAdjust']} is not carried over"))
         parts = [dict(part) for part in config.get("sections") or [] if isinstance(part, dict)]
-        if config.get("symmetric"):
+        if parts and config.get("symmetric"):
             parts = _mirrored(parts)
         sections = [k for k, part in enumerate(parts) if "type" in part]
         if not sections:

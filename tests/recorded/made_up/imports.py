@@ -1,0 +1,121 @@
+"""Files of other programs with one thing wrong or unusual in each: the refusal, or what is said of it and changes."""
+
+import json
+from pathlib import Path
+
+from dolfbuoy.errors import InputError
+from dolfbuoy.formats import files, from_yaml
+
+INPUTS = Path(__file__).parents[1] / "inputs"
+CHANGES = {
+    ("moordyn", "odd.dat"): [
+        ("5.1e7|9.3e7", "curve.dat"), ("5.1e7|9.3e7", "Syrope:a"),
+        ("1 Free 1 2 -3 5 0 0 4000", "1 Held 1 2 -3 5 0 0 4000"),
+        ("1 Free 1 2 -3 5 0 0 4000", "1 Free 1 2 -3 5 0 0 0"),
+        ("1 Free 1 2 -3 5 0 0 4000", "1 Fixed 1 2 -3 5 0 0 4000"), ("4 CoupledPinned", "4 Pinned"), ("0|0|0.4", "0.4"),
+        ("0|0|0.4", "0.1|0|0.4"), ("1|2|3|4|5|6", "1|2|3|4"), ("1|2|3|4|5|6", "1|2"), ("300|310|200", "300"),
+        ("3 steel Turbine2", "3 steel Nowhere"), ("0 0 1 0 0 3", "0 0 2 0 0 3"), ("0 0 1 0 0 3", "0 0 1 0 0 1"),
+        ("500 0 300|310|200 0", "500 0 300|310|200 4"), ("3 Free -100", "3 Loose -100"), ("6 Body3", "6 Body9"),
+        ("1 soft 1 3", "1 hemp 1 3"), ("1 soft 1 3", "1 soft 1 1"), ("1 soft 1 3", "1 soft 1 99"),
+        ("221 21", "221 2.5"), ("221 21", "221 0"), ("9 stiff 1 R3B", "8 stiff 1 R3B"), ("25 4e5", "0 0"),
+        ("9.79 g", "0 g"), ("9.79 g", "much g"), ("2.1e6 kBot", "-1 kBot"), ("2.1e6 kBot", "0 kBot"),
+        ("0.43 MU_KT", "0.31 MU_KT"), ("7 strange", "90 WtrDpth"), ("7 strange", "-9 WtrDpth"),
+        ("7 strange", "floor.txt WtrDpth"), ("7 strange", "400 WtrDpth"), ("7 strange", "1 WaveKin"),
+        ("7 strange", "8 WaveKin"), ("7 strange", "3 Currents"), ("7 strange", "many"),
+        ("1013 WtrDnsty", "0 WtrDnsty"), ("Fixed -301 12 -100.5", "Coupled -301 12 -100.5"), ("4 Body1", "4 Body2"),
+        ("3 Free -100 7 -60", "3 Free -100 7 -160"), ("TypeName Diam Mass/m EA", "TypeName Diam Diam EA"),
+        ("ID Attachment X Y Z Mass", "ID Attachment X Y Depth Mass"),
+        ("(-) (m) (kg/m) (N) (N-s/-)", "(-) (ft) (kg/m) (N) (N-s/-)"), ("2 rope 3 2 123", "2 rope 3 2 -"),
+        ("1 Body5 0|0|50", "1 Body5 3|0|50"), ("0|0|50 0|0|0 0|0|0 G", "0|0|50 0|0|0 0|0|0 L"),
+        ("8 Turbine3 1 1 -4", "8 Vessel3 1 1 -4"), ("7 8 9", "7"),
+    ],
+    ("moordyn", "dry.dat"): [
+        ("0 WtrDnsty", "1025 WtrDnsty"), ("1 1 -10 0 20", "1 1 -10 0 -20"), ("3 0 0 0 22", "3 0 0 0 10"),
+        ("(Pa-s)", "(-)"), ("1e6 2e5", "1e6 -1"),
+    ],
+    ("moordyn", "braced.dat"): [
+        ("3 steel Body1 -4 0 -3", "3 steel Body1 -4 1 -3"), ("steel 0.3 301", "steel 0.3 0"),
+        ("float 1.3 310", "float 1.3 1400"), ("8 steel Pinned", "8 steel Coupled"),
+        ("0 0 0 0 0 0 0 0 0\n2", "0 0 0 90 0 0 0 0 0\n2"), ("1 Free 1 2 -1 0 0 0 0 0", "1 Free 1 2 -9 0 0 0 700 0"),
+        ("2 Vessel 30 2 -1 0 0 90", "2 Vessel 30 2 -1 10 0 90"), ("6 steel Body2Pinned", "6 steel CoupledPinned"),
+    ],
+    ("raft", "raft.yaml"): [
+        ("mooring:", "mooring:\n  file: other.dat"), ("name: a design", "name: *a"), ("name: a design", "name: ["),
+        ("points:", "places:"), ("rho_water: 1011", "rho_water: 0"), ("g: 9.79", "g: 0"), ("g: 9.79", "g: true"),
+        ("water_depth: 202", "water_depth: 100"), ("  water_depth: 202\n", "  cost: 3\n"),
+        ("type: fixed", "type: hung"), ("[-250, 11, -200.5]", "[-250, 11]"),
+        ("[-250, 11, -200.5]", "[-250, deep, -200.5]"), ("type: R4 chain", "type: R5"),
+        ("endA: foot 1", "endA: foot 2"), ("endB: ship", "endB: clump"), ("length: 251", "length: long"),
+        ("length: 251", "len: 2"), ("mass_density: 103, ", ""), ("mass_density: 103", "mass_density: 103, EI: -1"),
+        ("mass_density: 103", "mass_density: 103, EI: 9e3"), ("stiffness: 2.1e7", "stiffness: 2.1e7, EAd: 3"),
+        ("{name: upper,", "upper, {"), ("mass: 301", "mass: 301, colour: 3"),
+        ("site: {", "wind: 3\nsite: {depth_max: 3, "), ("{water_depth: 310, rho_water: 1011, g: 9.79}", "{}"),
+    ],
+    ("wisdem", "wisdem.yaml"): [
+        ("nodes:", "knots:"), ("joint: pontoon", "joint: pool"), ("grid: 0.25", "grid: half"),
+        ("[1.0, 2.0, -21.0]", "[1.0, 2.0]"), ("mass_density: 285.0, ", ""), ("stiffness: 1.1e9, ", ""),
+        ("name: low", "line_id: low"), ("name: a1,", ""), ("tower: {}", "tower: {}\n  hub: {}"),
+        ("joint1: keel", "joint1: kiel"), ("cylindrical: true", "cylindrical: false"),
+        ("water_depth: 201.0", "water_depth: 150"),
+    ],
+    ("famodel", "famodel.yaml"): [
+        ("array:", "arrays:"), ("[fowt1, 1, 1, ms1, 10.0", "[fowt1, 1, 1, ms2, 10.0"),
+        ("[fowt1, 1, 1, ms1, 10.0", "[fowt1, 1, 1, ms1, near"),
+        ("[f2, 1, 1, 0, 1610.0, 25.0, 0]", "[f2, 1, 1, 0, 1610.0, 25.0, 0, 9]"), ("heading_adjust]", "heading]"),
+        ("ms1, 10.0, 20.0, 90", "ms1, 10.0, 20.0, x"), ("[[taut, 30,", "[[tight, 30,"), ("[[taut, 30,", "[[taut, x,"),
+        ("anchoring_radius: 801.0", "span: 801.0"), ("anchoring_radius: 801.0", "depth: 3"),
+        ("2400.0, 30.0, 0]", "west, 30.0, 0]"), ("[shared, fowt1, f2, 0]", "[shared, fowt1, f3, 0]"),
+        ("fairlead_radius: 40.0", "radius: 40.0"), ("fairlead_depth: -14.0", "fairlead_depth: low"),
+        ("length: 502.0", "length: long"), ("connectorType: link", "connectorType: knot"),
+        ("{m: 141.0, v: 0.13}", "{m: heavy}"),
+        ("sections: [{type: poly, length: 81.0}, {connectorType: clump}, {type: poly, length: 690.0}]", "sections: []"),
+        ("{type: poly, length: 690.0}]", "{connectorType: clump}]"), ("type: array of two", "substation: 3"),
+        ("water_depth: 210.0", "depth: 210.0"),
+        ("platform: {rFair: 41.0, zFair: -16.0}", "platforms: [{rFair: 43.0, zFair: -17.0}, {rFair: 3.0, zFair: 2.0}]"),
+    ],
+    ("map", "map.txt"): [
+        ("repeat 120 240", " repeat 120 240"), ("repeat 120 240", "repeat often"), ("depth 0", "-151 0"),
+        ("9.7e7  0.7", "9.7e7  0.5"), ("98.5", "#"), ("2 connect", "2 floating"), ("outer_tol", "inner_tol"),
+        ("3    poly    #97.5     2        4", "3    poly    #97.5     2        5"),
+    ],
+}  # fmt: skip
+
+
+def taken(kind, text, depth=151.0):
+    """(notes, scene as lines) of a file, or its refusal."""
+    Path("one.txt").write_text(text)
+    try:
+        scene, notes = files.read(kind, Path("one.txt"), depth=depth if kind == "map" else None)
+    except InputError as error:
+        return [str(error)], []
+    scene = json.loads(json.dumps(scene, default=str), parse_float=lambda text: round(float(text), 9) + 0.0)
+    return [str(note) for note in notes], json.dumps(scene, indent=1).splitlines()
+
+
+def told():
+    """What each change changes."""
+    for (kind, name), changes in CHANGES.items():
+        text = (INPUTS / name).read_text()
+        notes, scene = taken(kind, text)
+        for old, new in changes:
+            assert old in text, (name, old)
+            said, found = taken(kind, text.replace(old, new, 1))
+            lines = found and [
+                *(f"- {x}" for x in scene if x not in found),
+                *(f"+ {x}" for x in found if x not in scene),
+            ]
+            print(f"{name}: {old.strip()!r} -> {new.strip()!r}:", *(x for x in said if x not in notes), sep="\n  ")
+            print(" ", " ".join(line.replace(" ", "") for line in lines)[:600])
+    for kind, columns in (("moordyn", "order"), ("raft", "place"), ("other", "name")):
+        try:
+            files.read(kind, INPUTS / "raft.yaml", columns)
+        except InputError as error:
+            print(error)
+    for text in ("[" * 5000, "a: *b", "a: 1\nb: [2"):
+        try:
+            from_yaml.read_yaml(text)
+        except InputError as error:
+            print(error)
+
+
+told()
