@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 
 from dolfbuoy.accuracy import companion, target
+from dolfbuoy.accuracy.bars import bars_of
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.results.quantities import QUANTITIES
+from dolfbuoy.results.quantities import ERROR, QUANTITIES
 from dolfbuoy.scene import load_scene, settings
 from dolfbuoy.studies.accuracy import cheapest
 
@@ -107,5 +108,37 @@ def around():
     print(companion.companion_of(adaptive).time)
 
 
+def bars():
+    """Bars of a long sea with runs around its extremes, of runs that ring, retry, or leave what corrects them."""
+    scene = load_scene("storm", time__end=600.0)
+    record, coarse = run(scene), run(companion.companion_of(scene))
+    events = {event: run(companion.companion_around(scene, event)) for event in companion.events_of(scene, record)}
+    wrong = record.tension_top * (0.002 + 0.001 * np.sin(record.time))
+    corrected = record.assign({f"tension_top{ERROR}": wrong})
+    gone = record.assign({f"tension_top{ERROR}": wrong.where(record.time < 30)})
+    zigzag = record.assign(tension_top=record.tension_top + 60 * (-1.0) ** np.arange(record.sizes["time"])[:, None])
+    holes = record.assign(tension_anchor=record.tension_anchor.where(record.time < 400))
+    slack = load_scene(scene, cable__slack="tension-only")
+    for name, own, of, other, more in (
+        ("sea", scene, record, coarse, {"events": events}),
+        ("ratio", scene, record, coarse, {"ratio": 3.0}),
+        ("corrected", scene, corrected, coarse, {}),
+        ("steps", scene, corrected, None, {}),
+        ("gone", scene, gone, coarse, {}),
+        ("zigzag", scene, zigzag, coarse, {}),
+        ("holes", scene, holes, coarse, {}),
+        ("retried", scene, record.assign_attrs(failed_steps=3), coarse, {}),
+        ("coarse retried", scene, record, coarse.assign_attrs(failed_steps=3), {}),
+        ("failed", scene, record, SolveError("Made up."), {}),
+        ("slack", slack, record, coarse, {}),
+    ):
+        found, sentences = bars_of(of, own, other, **more)
+        print(f"bars {name}:", *sentences)
+        for output, bar in found.items():
+            if output.series != "anchor" or name == "sea":
+                print(" ", output, output.part, *(f"{x:.5g}" if isinstance(x, float) else x for x in bar))
+
+
 told()
 around()
+bars()

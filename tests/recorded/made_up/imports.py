@@ -80,6 +80,60 @@ CHANGES = {
     ],
 }  # fmt: skip
 
+CHANGING = "a\nb\nc\nd\n-40 0\nf\n0 1 0.2 0 0 0 0\n5 1 0.2 0.3 0.1 0 0.1\n9 1 2 3 4 5 6\n"
+OVER_TIME = "1\n0\n0\n0\n0\n"
+OVER_TIME += "0 0 -9 0 0.1 0.2 0.3\n1 0 -9 0 0.1 0.2 0.3\n0 0 0 0 0.5 0.6 0\n0 0 -9 4 0.4 0.2 0\n0 0 0 4 0.7 0.9 0\n"
+SPECTRUM = "0 0 0 0.5\n0.4 0.1 0.2 0.5\n1.2 0.6 0.3 0.5\n1.4 -0.2 0.4 0.5\n"
+FLOOR = "3 2\n-20 0 30\n-5 5\n" + "".join(f"{x} {y} {-40 + 0.1 * x - 0.2 * y}\n" for x in (-20, 0, 30) for y in (-5, 5))
+OPENFAST = """water
+--- WAVES ---
+1 WaveKinMod
+"eta.dat" WaveKinFile
+0.5 dtWave
+30 WaveDir
+--- CURRENT ---
+1 CurrentMod
+z x y
+0.0 0.9 0.3
+150 0.5 0.2
+--- need this line ---
+"""
+#: Options of odd.dat, and files beside it.
+WATER = [
+    ("2 WaveKin", {"wave_frequencies.txt": SPECTRUM}),
+    ("7 WaveKin", {"wave_frequencies.txt": SPECTRUM}),
+    ("7 WaveKin", {"wave_frequencies.txt": "-1 1 0\n"}),
+    ("2 WaveKin", {"wave_frequencies.txt": "0 0 0\n2 1 0\n1 1 0\n"}),
+    ("2 WaveKin", {"wave_frequencies.txt": "0 0 0\n2 0 0\n"}),
+    ("3 WaveKin", {"wave_elevation.txt": "t eta\n" + "".join(f"{1 + k / 2} {0.1 * (k % 4)}\n" for k in range(9))}),
+    ("0.2 dtWave\n3 WaveKin", {"wave_elevation.txt": "0 0.1\n0.5 0.4\n0.9 -0.2\n1.5 0.3\n"}),
+    ("3 WaveKin", {"wave_elevation.txt": "0 0.1\n0.5 0.4\n0.9 -0.2\n2.5 0.3\n"}),
+    ("3 WaveKin", {"wave_elevation.txt": "1 0.1\n"}),
+    ("1 Currents", {"current_profile.txt": "a\nb\nc\n0 0.8 0.6 0\n-40 0.4 0.3 0.1\n"}),
+    ("1 Currents", {"current_profile.txt": "a\nb\nc\n0 0.8 0.6 0\n-40 0.4 0.1 0\n"}),
+    ("1 Currents", {"current_profile.txt": "a\nb\nc\n-3 0.8 -0.6 0\n"}),
+    (
+        "2 Currents",
+        {"current_profile_dynamic.txt": CHANGING},
+    ),
+    (
+        "5 Currents",
+        {"current_profile_4d.txt": OVER_TIME},
+    ),
+    ("5 Currents", {"current_profile_4d.txt": "1\n0\n0\n0\n0\n0 0 -9 0 0.1 0.2 0.3\n1 0 -9 0 0.1 0.3 0.3\n"}),
+    (
+        "water.dat WaterKin",
+        {"water.dat": OPENFAST, "eta.dat": "t e\n" + "".join(f"{k * 0.51 + k % 2 / 9} {k % 3}\n" for k in range(11))},
+    ),
+    ("water.dat WaterKin", {"water.dat": OPENFAST.replace("1 WaveKinMod", "2 WaveKinMod").replace("1 Curr", "2 Curr")}),
+    ("water.dat WaterKin", {"water.dat": OPENFAST.replace("150 ", "-150 ").replace("30 WaveDir", "0 WaveDir")}),
+    ("water.dat WaterKin", {}),
+    ("SEASTATE WaterKin", {}),
+    ("floor.txt SeafloorFile", {"floor.txt": FLOOR.replace("-4", "-24").replace("-3", "-23")}),
+    ("floor.txt SeafloorFile", {"floor.txt": "1 2\n"}),
+    ("floor.txt SeafloorFile", {}),
+]
+
 
 def taken(kind, text, depth=151.0):
     """(notes, scene as lines) of a file, or its refusal."""
@@ -97,15 +151,22 @@ def told():
     for (kind, name), changes in CHANGES.items():
         text = (INPUTS / name).read_text()
         notes, scene = taken(kind, text)
-        for old, new in changes:
+        if name == "odd.dat":
+            changes = changes + [("7 strange", option) for option, _ in WATER]
+        for number, (old, new) in enumerate(changes):
             assert old in text, (name, old)
+            beside = WATER[number - len(CHANGES[kind, name])][1] if number >= len(CHANGES[kind, name]) else {}
+            for file, content in beside.items():
+                Path(file).write_text(content)
             said, found = taken(kind, text.replace(old, new, 1))
+            for file in beside:
+                Path(file).unlink()
             lines = found and [
                 *(f"- {x}" for x in scene if x not in found),
                 *(f"+ {x}" for x in found if x not in scene),
             ]
             print(f"{name}: {old.strip()!r} -> {new.strip()!r}:", *(x for x in said if x not in notes), sep="\n  ")
-            print(" ", " ".join(line.replace(" ", "") for line in lines)[:600])
+            print(" ", " ".join(line.replace(" ", "") for line in lines)[:900])
     for kind, columns in (("moordyn", "order"), ("raft", "place"), ("other", "name")):
         try:
             files.read(kind, INPUTS / "raft.yaml", columns)
