@@ -344,7 +344,7 @@ def test_soft_lines_are_cables():
 FROM_CABLES = {
     "driven": lambda EI: load_scene("driven", cable={"bending_stiffness": EI}),
     "lazy-wave": lambda EI: load_scene("lazy-wave", cable={"bending_stiffness": EI}),
-    **{f"clamped, {n}": lambda EI, n=n: load_scene(clamped_catenary(n, 2, EI, EI > 0)) for n in (40, 320)},
+    **{f"clamped, {n}": lambda EI, n=n: load_scene(clamped_catenary(n, 2, EI, EI > 0)) for n in (20, 80, 320)},
 }
 
 
