@@ -6,8 +6,8 @@ end is loose: its directions t make
     1/2 EI |t'|^2 - (F + c) . t
 
 stationary, with c the multiplier of the chord between its ends.  Here t is that of rigid links with
-springs between them, three for every node of an element; Newton's method turns them, with a matrix that is banded but for
-the three columns of c.
+springs between them, three for every node of an element; Newton's method turns them, with a matrix that is banded but
+for the three columns of c.
 """
 
 from collections.abc import Callable, Iterator, Sequence
