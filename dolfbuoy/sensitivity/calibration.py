@@ -186,7 +186,7 @@ def _of_csv(path):
             raise InputError(f"--record {path}: must have {MOST_BYTES // 1_000_000} MB at most.")
         with open(path, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row] or [[]]
-        columns = np.array([[number_of(cell) for cell in row] for row in rows], dtype=float).T
+        table = [[number_of(cell) for cell in row] for row in rows]
     except OSError as error:
         raise InputError(f"--record {path}: cannot be read: {error.strerror}.") from None
     except (ValueError, UnicodeDecodeError, csv.Error) as error:
@@ -196,10 +196,11 @@ def _of_csv(path):
             f"--record {path}: must hold a header and rows of numbers: {str(error).rstrip('.')}."
         ) from None
     names = [name.strip() for name in header]
-    if "time" not in names or columns.ndim != 2 or len(columns) != len(names):
+    if "time" not in names or not table or any(len(row) != len(names) for row in table):
         raise InputError(
             f"--record {path}: needs a column time and, in every row, a number for each of {', '.join(names)}."
         )
+    columns = np.array(table).T
     t = columns[names.index("time")]
     if np.any(np.diff(t) <= 0):
         raise InputError(f"--record {path}: its times must rise.")
