@@ -1,6 +1,7 @@
 """`advise --of` and `run --accuracy` on made-up runs: a known motion, plus errors that are powers of sizes."""
 
 import math
+import sys
 from pathlib import Path
 from unittest.mock import patch
 
@@ -9,6 +10,7 @@ import xarray as xr
 
 from dolfbuoy.accuracy import companion, target
 from dolfbuoy.accuracy.bars import bars_of
+from dolfbuoy.commands import main as cli
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.results.quantities import ERROR, QUANTITIES
 from dolfbuoy.scene import load_scene, settings
@@ -139,6 +141,17 @@ def bars():
                 print(" ", output, output.part, *(f"{x:.5g}" if isinstance(x, float) else x for x in bar))
 
 
+def by_command():
+    """The command that advises, and the scene that it writes."""
+    words = "dolfbuoy advise driven --set time.end=25 --of tension_top.max --write advised.toml --out commanded"
+    with patch.object(cheapest, "run", run), patch.object(sys, "argv", words.split()):
+        try:
+            cli.main()
+        except SystemExit as end:
+            print("exit code", end.code or 0)
+
+
 told()
+by_command()
 around()
 bars()
