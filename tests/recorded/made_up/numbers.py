@@ -1,5 +1,8 @@
 """Numbers of scenes that something varies, expressions of them and their slopes; accelerations of a turning buoy."""
 
+import importlib
+from types import SimpleNamespace
+
 import numpy as np
 import xarray as xr
 from told import refused, show
@@ -10,6 +13,8 @@ from dolfbuoy.sensitivity.accelerations import accelerations, arms_of
 from dolfbuoy.sensitivity.expressions import Dual, Expression
 from dolfbuoy.sensitivity.parameters import parameters_of
 from dolfbuoy.statics.offsets import loaded
+
+design = importlib.import_module("dolfbuoy.sensitivity.design")  # a function hides it
 
 
 def of_scenes():
@@ -91,7 +96,32 @@ def of_loads():
     refused(lambda: loaded(still, "current", 1.6, 45.0))
 
 
+def of_designs():
+    """Soft maxima of series and their slopes; sizes that are made beside those that were found."""
+    t = np.arange(0.0, 6.0, 0.5)
+    values = np.array([3.0 + np.sin(t), 2.0 + np.cos(2 * t)]).T
+    found = {"tension_top": (("time", "cable"), values), "tension_anchor": (("time", "cable"), values - 9.0)}
+    found |= {"d_tension_top": (("parameter", "time", "cable"), np.stack([values**2, np.cos(values)]))}
+    found |= {"d_tension_anchor": found["d_tension_top"]}
+    record = xr.Dataset(found, {"time": t, "cable": ["one", "two"], "parameter": ["a", "b"]})
+    for name in ("tension_top.soft_max", "tension_top.soft_max[two]"):
+        soft = design._soft(record, name, 1.0)
+        show({f"{name} {soft.value:.9g}": soft.slope})
+    refused(
+        lambda: design._soft(record, "tension_anchor.soft_max", 1.0), lambda: design._soft(record, "none.soft_max", 1.0)
+    )
+    chained = {"length": 50.0, "material": "chain R3 studless 40 mm", "elements": 10}
+    scene = load_scene({"sea": {"depth": 20.0}, "cable": chained | {"top": {"kind": "fixed", "position": [40, 0, -2]}}})
+    sizes = parameters_of(scene, ["material.chain-R3-studless-40-mm.size"])
+    at = lambda x: (Dual(-x[0], np.array([-1.0])), [])  # noqa: E731
+    for most in (44.5, 41.5, 39.0, 30.0):
+        search = SimpleNamespace(parameters=sizes, at=at, room=lambda x, most=most: np.array([most - x[0]]))
+        low, high = np.array([36.0]), np.array([60.0])
+        print(most, *design._in_sizes_made(search, np.array([40.7]), "as found", low, high))
+
+
 of_scenes()
 of_expressions()
 of_accelerations()
 of_loads()
+of_designs()
