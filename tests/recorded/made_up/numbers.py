@@ -49,7 +49,7 @@ def of_expressions():
     for text in good:
         found = Expression(text, "--least").at(known.__getitem__, 2)
         print(text, Expression(text, "").names, f"{found.value:.10g}", *(f"{x:.10g}" for x in found.slope))
-    bad = ["a +", "(a", "a)", "a ** b", "a $ 2 and more of it", "* a", "1" * 1001, "(" * 31 + "a" + ")" * 31]
+    bad = ["a +", "(a", "a)", "a ** b", "a $ 2 and much more of it", "* a", "1" * 1001, "(" * 31 + "a" + ")" * 31]
     bad += ["1e999", "", "a b", "2 ** -a"]
     refused(*(lambda text=text: Expression(text, "--least") for text in bad))
     never = ["a / 0", "b.c[d e] ** .5", "(a - 3) ** -1", "9 ** 999 ** 9", "a ** 9999"]
@@ -114,7 +114,7 @@ def of_designs():
     scene = load_scene({"sea": {"depth": 20.0}, "cable": chained | {"top": {"kind": "fixed", "position": [40, 0, -2]}}})
     sizes = parameters_of(scene, ["material.chain-R3-studless-40-mm.size"])
     at = lambda x: (Dual(-x[0], np.array([-1.0])), [])  # noqa: E731
-    for most in (44.5, 41.5, 39.0, 30.0):
+    for most in (44.5, 41.5, 39.0, 35.5):
         search = SimpleNamespace(parameters=sizes, at=at, room=lambda x, most=most: np.array([most - x[0]]))
         low, high = np.array([36.0]), np.array([60.0])
         print(most, *design._in_sizes_made(search, np.array([40.7]), "as found", low, high))
