@@ -256,7 +256,9 @@ def test_scene_file_reproduces_the_run(finished, tmp_path):
 LONG_RUN = """
 import json, sys
 import dolfbuoy
+from dolfbuoy.results.recorder import Recorder
 
+Recorder.pause, Recorder.share = 0.2, 0.5  # what is computed comes to the disk soon
 dolfbuoy.simulate(json.loads(sys.argv[1]), out=sys.argv[2])
 """
 
