@@ -75,6 +75,7 @@ def test_safety_factors(record):
         (one,) = judged(made, safety="DNV", condition=condition, consequence_class=level)
         expected = (factors[0] * mean + factors[1] * (0.6 - mean)) / 0.95
         assert (one.value, one.met) == (pytest.approx(expected), expected <= 1)
+        assert one.criterion == f"DNV-OS-E301, {condition}, class {level}: use of the strength"
 
 
 def test_what_comes_in_the_ramp_does_not_count(record):

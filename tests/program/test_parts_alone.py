@@ -273,6 +273,23 @@ def test_a_winch_is_of_another_structure():
     assert wound == other
 
 
+def test_which_line_has_an_effect_is_structure():
+    """What is called for by the other line of two is another problem, however much of it there is the same."""
+    line = {"length": 10.0, "line_density": 1.0, "axial_stiffness": 1e5, "from": [0, 0, 0]}
+    lines = [line | {"name": name, "to": [x, 0.0, 0.0]} for name, x in (("fore", 8.0), ("aft", -8.0))]
+    damped = {"damping": 50.0}
+    first, second, more = (
+        structure_of(load_scene({"cable": cables}))
+        for cables in (
+            [lines[0] | damped, lines[1]],
+            [lines[0], lines[1] | damped],
+            [lines[0] | {"damping": 80.0}, lines[1]],
+        )
+    )
+    assert first != second
+    assert first == more
+
+
 # -- sessions and files of others --------------------------------------------------------------------------------------
 
 

@@ -16,6 +16,7 @@ from made_up import SCENE
 from ufl import as_ufl
 
 from dolfbuoy import InputError, load_scene
+from dolfbuoy.errors import SolveError
 from dolfbuoy.forms import take_off
 from dolfbuoy.meshes.files import read_nodes
 from dolfbuoy.page.run_page import inputs, movers
@@ -23,7 +24,9 @@ from dolfbuoy.results import linear_record
 from dolfbuoy.scene.inputs import inputs_of
 from dolfbuoy.sensitivity.expressions import Dual
 from dolfbuoy.sensitivity.parameters import Parameter, parameters_of
+from dolfbuoy.sensitivity.uncertainty import _of
 from dolfbuoy.studies.accuracy import report_text, work_precision
+from dolfbuoy.studies.physics import energy
 
 # -- take-offs and files -----------------------------------------------------------------------------------------------
 
@@ -175,3 +178,17 @@ def test_errors_of_a_reference_by_richardson(monkeypatch):
     scene = load_scene("short")
     _, own = work_precision.judged([], scene, {"file": "a"}, {"file": "b"})
     assert {name: (one.rms, one.maximum) for name, one in own.items()}["tension_top"] == pytest.approx((0.01, 0.02))
+
+
+def test_steps_of_the_balance_of_energy():
+    """Those of a scene of one's own too: halved from 0.04 s on."""
+    found = energy.cases("wave-rider")
+    assert [row["step"] for row in found if row["scheme"] == "bdf2"] == [0.04, 0.02, 0.01]
+    assert {row["t_end"] for row in found} == {20.0}
+
+
+def test_how_many_runs_failed():
+    """More than a part of them leaves no spread to speak of."""
+    rows = [{"outputs": [["tension_top", "max", "", 5.0]]}, {"failed": "The line goes slack."}]
+    with pytest.raises(SolveError, match=r"^1 of 2 runs failed: The line goes slack\.$"):
+        _of(rows, None)

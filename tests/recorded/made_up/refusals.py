@@ -1,0 +1,184 @@
+"""Scenes whose parts do not go together, each with the sentence in which it ends."""
+
+from dolfbuoy import InputError, load_scene
+from dolfbuoy.model.feasible import check_feasible
+from dolfbuoy.statics.first_shape import check_first_shape
+
+DAMPED, CLAMP = {"cable.bending_stiffness": 1e3}, {"direction": [0, 0, 1]}
+SEA = {"spectrum": "jonswap", "significant_height": 1.0, "peak_period": 5.0}
+WAVES = {"waves": {"amplitude": 0.2, "period": 4.0}}
+RISING = [[float(t), 0.1 * (t % 3)] for t in range(9)]
+STEEP = {"waves": {"theory": "stream", "height": 1.0, "period": 5.0, "order": 12}}
+SINKER = {"anchor": {"weight": 2e4, "friction": 0.7, "drags": True}}
+SHIP = {"name": "ship", "position": [1.0, 0.0, 0.0], "fairleads": {"bow": [3.0, 0.0, -1.0]}}
+RAOS = [[5.0, 0.0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]]
+ON_SHIP = {"cable.to": "ship.bow", "cable.top": None, "cable.from": [30.0, 0.0, -10.0], "cable.anchor": None}
+ON_SHIP |= {"cable.length": 40.0}
+GRID = [[0.0, -9.0, 1.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
+SPECTRUM = {"frequency": [0.1, 0.2], "direction_deg": [0.0, 40.0], "density": [[1.0, 2.0], [2.0, 1.0]]}
+LINE = {
+    "name": "a",
+    "length": 20.0,
+    "line_density": 5.0,
+    "axial_stiffness": 1e5,
+    "elements": 4,
+    "from": [0, 0, -20],
+} | {"diameter": 0.05}
+STIFF = LINE | {"bending_stiffness": 1e3, "position_degree": 2, "tension_degree": 1}
+OFF = {"from": "float", "to": [0.0, 0.0, -19.0]}
+FLOAT = {"name": "float", "mass": 10.0, "volume": 0.05}
+HULL = {"name": "b", "hull": [[0.0, 1.0], [2.0, 1.0]], "mass": 300.0, "center_of_mass": 0.5}
+AFLOAT = {"sea": {"depth": 20.0}, "buoy": [HULL], "time": {"end": 1.0, "step": 0.1}}
+MOORED = AFLOAT | {"cable": [LINE | {"to": "b"}]}
+WATER = {"sea": {"depth": 20.0}, "time": {"end": 1.0, "step": 0.1}}
+DEPTHS = {"x": [0.0, 9.0], "y": [0.0, 9.0], "depth": [[20.0, 21.0], [22.0, 23.0]]}
+#: (scene, by name or whole; what is changed).
+SCENES = [
+    # lines
+    ("driven", {"cable.segments": []}),
+    ("driven", {"cable.top.kind": "fixed", "cable.top.position": None}),
+    ("driven", {"cable.top.amplitude": None}),
+    ("driven", {"cable.top.period": None}),
+    ("driven", {"cable.top.amplitude": None, "cable.top.period": None}),
+    ("driven", {"cable.top.velocity": [1.0, 0.0, 0.0]}),
+    ("driven", {"cable.top.force": [1.0, 0.0, 0.0]}),
+    ("driven", {"cable.top.kind": "fixed"}),
+    ("driven", {"cable.fails_at": {"tension": 1e4, "at": 2.0}}),
+    ("driven", {"cable.fails_at": {"time": 1.0, "tension": 1e4}}),
+    ("driven", {"cable.fails_at": {"time": 1.0, "at": 200.0}}),
+    ("driven", DAMPED | {"cable.fails_at": {"time": 1.0}}),
+    ("driven", {"cable.minimum_bend_radius": 2.0}),
+    ("driven", {"cable.bending_damping": 0.1}),
+    ("driven", {"cable.to_end": CLAMP}),
+    ("driven", {"cable.winch": [[1.0, 20.0], [3.0, 21.0]]}),
+    ("driven", {"cable.winch": [[0.0, 20.0], [0.001, 30.0]], "cable.length": 20.0}),
+    ("driven", {"cable.winch": [[0.0, 20.0], [3.0, 21.0]], "cable.length": 20.0, "cable.fails_at": {"time": 1.0}}),
+    ("driven", {"cable.anchor": [0, 0, 0], "cable.from": [0, 0, 0]}),
+    ("driven", {"cable.axial_stiffness": [[0.0, 0.0]]}),
+    ("driven", {"cable.axial_stiffness": [[0.0, 1.0], [0.1, 2.0]]}),
+    ("driven", {"cable.axial_stiffness": [[0.0, 0.0], [200.0, 2.0]]}),
+    ("driven", {"cable.material": "none of the kind"}),
+    (
+        WATER
+        | {"cable": [LINE | {"to": [5.0, 0, 0], "length": None, "segments": [{"length": 30.0, "material": "none"}]}]},
+        {},
+    ),
+    (WATER | {"cable": [LINE | {"to": [5.0, 0, -5.0], "elements": 1, "axial_stiffness": float("inf")}]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float"}, STIFF | OFF | {"name": "c"}], "joint": [FLOAT | {"weld": True}]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float", "from_end": CLAMP}], "joint": [FLOAT]}, {}),
+    (WATER | {"cable": [STIFF | {"to": "float", "to_end": CLAMP}], "joint": [FLOAT]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float"}, LINE | {"to": [0, 0, 0]}], "joint": [FLOAT]}, {}),
+    (WATER | {"cable": [LINE | {"to": "nowhere"}], "joint": [FLOAT]}, {}),
+    (WATER | {"cable": [LINE | {"from": "float", "to": "float"}], "joint": [FLOAT]}, {}),
+    (WATER | {"cable": [LINE | {"to": [0, 0, -20]}]}, {}),
+    (WATER | {"cable": [LINE | {"from": "float", "to": "g"}], "joint": [FLOAT, {"name": "g"}]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float"}], "joint": [FLOAT, FLOAT]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float"}], "joint": [FLOAT, {"mass": 1.0}]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float"}], "joint": [FLOAT, {"name": "spare"}]}, {}),
+    (WATER | {"cable": [LINE | {"to": "float"}], "joint": [FLOAT | {"position": [0, 0, 0]}]}, {}),
+    (MOORED | {"joint": [{"name": "b"}]}, {}),
+    (MOORED | {"vessel": [SHIP | {"name": "b"}]}, {}),
+    (MOORED | {"cable": [LINE | {"to": "b.bow"}]}, {}),
+    (MOORED | {"buoy": [HULL, HULL | {"name": "c"}]}, {}),
+    (
+        MOORED
+        | {"cable": [LINE | {"to": "b"}, LINE | {"name": "c", "to": "c"}], "buoy": [HULL, HULL | {"name": "c"}]}
+        | {"initial": {"buoy_position": [0, 0, 0]}},
+        {},
+    ),
+    (MOORED | {"initial": {"kind": "straight"}}, {}),
+    (MOORED | {"initial": {"kind": "polyline", "points": [[0, 0, -20], [0, 0, -20]]}}, {}),
+    ("driven", {"initial": {"kind": "polyline", "points": {"other": [[0, 0, 0], [1, 0, 0]]}}}),
+    ("three-legs", {"initial": {"kind": "polyline", "points": [[0, 0, 0], [1, 0, 0]]}}),
+    ("driven", ON_SHIP | {"vessel": [SHIP | {"fairleads": {"stern": [0, 0, 0]}}]}),
+    ("driven", ON_SHIP | {"vessel": [SHIP | {"raos": RAOS}]}),
+    ("driven", ON_SHIP | STEEP | {"vessel": [SHIP | {"raos": RAOS}]}),
+    ("driven", ON_SHIP | {"vessel": [SHIP | {"hull": [0.0, 4.0, -1.0, 2.0]}]}),
+    # what holds them
+    ("driven", {"take_off": [{"from": [0, 0, 0], "to": [0, 0, 9], "stiffness": 1e3}]}),
+    ("driven", {"take_off": [{"from": [0, 0, 0], "to": [0, 0, 9], "length": 1.0}]}),
+    ("driven", {"take_off": [{"from": [0, 0, 0], "to": [0, 0, 9], "damping": 1.0, "longest": 1.0}]}),
+    ("driven", {"take_off": [{"from": [0, 0, 0], "to": [0, 0, 9], "damping": 1.0, "stop_stiffness": 1.0}]}),
+    (
+        "driven",
+        {
+            "take_off": [
+                {"from": [0, 0, 0], "to": [0, 0, 9], "damping": 1.0, "stop_stiffness": 1.0}
+                | {"longest": 1.0, "shortest": 2.0}
+            ]
+        },
+    ),
+    ("chain-on-bed", {"seabed": None} | SINKER),
+    ("chain-on-bed", {"seabed.friction": 0.0} | SINKER),
+    ("chain-on-bed", {"sea.density": 3000.0} | SINKER),
+    ("chain-on-bed", {"cable.anchor": [0.0, 0.0, 40.0]} | SINKER),
+    ("chain-on-bed", {"anchor": {"holding_capacity": 1e5, "drags": True}}),
+    ("chain-on-bed", {"anchor": {"elsewhere": {"holding_capacity": 1e5}}}),
+    ("chain-on-bed", {"seabed.depths": DEPTHS | {"x": [9.0, 0.0]}}),
+    ("chain-on-bed", {"seabed.depths": DEPTHS | {"depth": [[20.0, 21.0], [22.0, 23.0, 24.0]]}}),
+    ("chain-on-bed", {"fatigue": {"corrosion": 1e-3}}),
+    ("chain-on-bed", {"fatigue": {"curve": "API studless", "spacing": 1e-5, "places": ["hog"]}}),
+    ("short", {"sea": None, "waves": None, "current": None, "criteria": {"least_freeboard": 0.5}}),
+    # buoys
+    (MOORED | {"buoy": [HULL | {"fairleads": {}}]}, {}),
+    (MOORED | {"buoy": [HULL | {"added_mass": "spar", "mass": 3e3}]}, {}),
+    (MOORED | {"buoy": [HULL | {"added_mass": "spar"}], "gravity": 0.0}, {}),
+    (MOORED | {"buoy": [HULL | {"wind": {"speed_10m": 9.0, "area": 1.0, "height": 1.0, "gusts": "kaimal"}}]}, {}),
+    (MOORED | {"buoy": [HULL | {"hull": None, "inertia": [90.0, 40.0]}]}, {}),
+    (MOORED | STEEP | {"buoy": [HULL | {"disk_averages": True}]}, {}),
+    (MOORED | {"buoy": [HULL | {"potential_flow": "none.nc"}]}, {}),
+    (MOORED | {"buoy": [HULL | {"drift": "newman"}]}, {}),
+    # the sea, and time
+    *(
+        (MOORED | {"waves": waves}, {})
+        for waves in (
+            SEA | {"significant_height": None},
+            {"spectrum": [[0.1, 0.0], [0.2, 0.0]]},
+            {"spectrum": SPECTRUM | {"density": [[0.0, 0.0], [0.0, 0.0]]}},
+            {"spectrum": SPECTRUM | {"density": [[1.0], [2.0]]}},
+            {"spectrum": SPECTRUM | {"direction_deg": [0.0, 400.0]}},
+            {"spectrum": SPECTRUM | {"frequency": [0.2, 0.1]}},
+            {"spectrum": SPECTRUM, "spreading": 4.0},
+            {"period": 5.0},
+            {"amplitude": 1.0},
+            {},
+            {"theory": "stream", "height": 1.0},
+            {"theory": "stream", "height": 0.0, "period": 5.0},
+            {"theory": "stream", "amplitude": 1.0, "period": 5.0},
+            {"amplitude": 1.0, "period": 5.0, "height": 2.0},
+            {"amplitude": 1.0, "wavelength": 30.0},
+            {"elevation": [*RISING[:8], [9.0, 0.1]]},
+            {"elevation": RISING, "period_seen_from": "water"},
+            {"elevation": RISING[::-1]},
+        )
+    ),
+    *((MOORED | {"waves": waves, "gravity": 0.0}, {}) for waves in (WAVES["waves"], STEEP["waves"], SEA)),
+    *(
+        (MOORED | {"current": current}, {})
+        for current in (
+            {},
+            {"profile": "power"},
+            {"grid": [[0.0, -9.0, 1.0, 0.0], [0.0, -9.0, 2.0, 0.0]]},
+            {"grid": [[0.0, -9.0, 1.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 1.0, 0.0]]},
+            {"grid": GRID, "speed": 1.0},
+            {"speed": 1.0, "grid": GRID},
+        )
+    ),
+    (MOORED | {"waves": WAVES["waves"] | {"period_seen_from": "ground"}, "current": {"grid": GRID}}, {}),
+    ("short", {"time.output_every": 1e-9}),
+]
+
+
+def refused(scene, changes):
+    """The sentence in which it ends."""
+    try:
+        found = load_scene(scene, **changes)
+        check_feasible(found)
+        check_first_shape(found)
+    except InputError as error:
+        return str(error)
+    return "NOT REFUSED"
+
+
+for scene, changes in SCENES:
+    print(f"{refused(scene, changes)}")
