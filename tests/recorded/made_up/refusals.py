@@ -1,8 +1,17 @@
-"""Scenes whose parts do not go together, each with the sentence in which it ends."""
+"""Scenes whose parts do not go together and calls of what a scene does not have, each with the sentence it ends in."""
 
-from dolfbuoy import InputError, load_scene
+from functools import partial
+from pathlib import Path
+
+from told import refused
+
+import dolfbuoy
+from dolfbuoy import load_scene
+from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.feasible import check_feasible
+from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
 from dolfbuoy.statics.first_shape import check_first_shape
+from dolfbuoy.statics.righting import righting_curve
 
 DAMPED, CLAMP = {"cable.bending_stiffness": 1e3}, {"direction": [0, 0, 1]}
 SEA = {"spectrum": "jonswap", "significant_height": 1.0, "peak_period": 5.0}
@@ -169,16 +178,50 @@ SCENES = [
 ]
 
 
-def refused(scene, changes):
-    """The sentence in which it ends."""
-    try:
-        found = load_scene(scene, **changes)
-        check_feasible(found)
-        check_first_shape(found)
-    except InputError as error:
-        return str(error)
-    return "NOT REFUSED"
+def looked_at(scene, changes):
+    """All that is looked at before anything is built."""
+    found = load_scene(scene, **changes)
+    check_feasible(found)
+    check_first_shape(found)
 
 
-for scene, changes in SCENES:
-    print(f"{refused(scene, changes)}")
+def table(text):
+    """A CSV file."""
+    Path("table.csv").write_text(text)
+    return Path("table.csv")
+
+
+refused(*(partial(looked_at, *case) for case in SCENES))
+driven, sinking = load_scene("driven", time__end=0.5), load_scene("short")
+refused(
+    lambda: dolfbuoy.response(driven, periods=[5.0], sea=(0.0, 5.0)),
+    lambda: dolfbuoy.response(load_scene(driven, sea=None)),
+    lambda: dolfbuoy.offsets(driven, [1e3], [0.0]),
+    lambda: dolfbuoy.periodic(load_scene(driven, time=None)),
+    lambda: dolfbuoy.simulate(load_scene(driven, time=None)),
+    lambda: dolfbuoy.wave_components(driven),
+    lambda: buoy_periods(driven),
+    lambda: righting_curve(driven, [5.0]),
+    lambda: righting_curve(sinking, [5.0], pull=1e6),
+    lambda: latin_hypercube([], None, 4),
+    lambda: latin_hypercube(["a.b=1:2", "a.b=2:3"], None, 4),
+    lambda: latin_hypercube(["a.b=1:2"], None, 0),
+    lambda: latin_hypercube(["a.b=2:1"], None, 4),
+    lambda: with_seeds([{}], 0),
+    lambda: with_seeds([{"waves.seed": 3}], 2),
+    lambda: probabilities(table("waves.period,probability\n5,0.7\n6,0.7\n")),
+    lambda: cases_of([], table("")),
+    lambda: cases_of([], table("a.b,a.b\n1,2\n")),
+    lambda: cases_of([], table("a.b,c.d\n1\n")),
+    lambda: cases_of([], Path("none.csv")),
+    lambda: dolfbuoy.statistics([]),
+    lambda: dolfbuoy.sensitivities(driven, by=["cable.slack"]),
+    lambda: dolfbuoy.sensitivities(driven, by=["cable.elements"]),
+    lambda: dolfbuoy.sensitivities(driven, by=["cable.anchor"]),
+    lambda: dolfbuoy.sensitivities(driven, by=["cable.length"], of=["cone_angle.max"]),
+    lambda: dolfbuoy.sensitivities(load_scene("driven", **{"cable.fails_at": {"time": 1.0}}), by=["cable.length"]),
+    lambda: dolfbuoy.uncertainty(driven, of=["cone_angle.max"], uncertain={"cable.length": "1%"}),
+    lambda: dolfbuoy.design(driven, {"cable.length": (20.5, 24.0)}, "cable.length", hold=["tension_top.max 5"]),
+    lambda: dolfbuoy.design(driven, {"cable.length": (20.5, 24.0)}, "cable.normal_drag"),
+    lambda: dolfbuoy.design(driven, {"cable.length": (20.5, 24.0)}, "cone_angle.max"),
+)
