@@ -141,7 +141,7 @@ def test_a_clump_that_was_pulled_over_the_bed(bed):
 
 def legs(friction=0.6, **more):
     """Three legs of chain and lighter chain to a float, over a slope, in a current."""
-    parts = [{"length": 400.0, "elements": 40}, {"length": 160.0, "elements": 16, "line_density": 25.0}]
+    parts = [{"length": 400.0, "elements": 20}, {"length": 160.0, "elements": 8, "line_density": 25.0}]
     cables = []
     for name, angle in (("east", 0.0), ("north", 2.0), ("south", 4.4)):
         x, y = 500.0 * math.cos(angle), 500.0 * math.sin(angle)

@@ -137,7 +137,7 @@ def test_nothing_of_the_run_changes(changes):
     assert np.array_equal(followed.buoy_position, plain.buoy_position)
 
 
-@pytest.mark.parametrize("name", ["network", "on a bed"])
+@pytest.mark.parametrize("name", [pytest.param("network", marks=pytest.mark.slow), "on a bed"])
 def test_one_matrix_for_all(name):
     """Derivatives by several numbers share the first one's matrix, and are those of each alone (5e-5 measured)."""
     scene = dolfbuoy.load_scene(CASES[name][0])
