@@ -101,4 +101,5 @@ def main(names):
 
 
 if __name__ == "__main__":
+    sys.path.append(str(HERE.parent / "support"))  # as pytest has it
     main(sys.argv[1:])

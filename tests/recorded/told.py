@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import dynamics_helpers
 from fingerprint import of_array
 
 from dolfbuoy import InputError
@@ -25,34 +26,10 @@ SHIP = {
     "take_off": {"from": "Y", "to": "ship.stern", "stiffness": 500.0, "length": 1.0, "damping": 300.0},
     "time": {"end": 0.5, "step": 0.1, "scheme": "bdf2"},
 }
-#: A buoy on a line in a regular wave.
-MOORED = {
-    "sea": {"depth": 20.0},
-    "cable": {
-        "length": 22.0,
-        "line_density": 27.6,
-        "diameter": 0.08,
-        "axial_stiffness": 2.3e8,
-        "elements": 6,
-        "added_mass": 0.3,
-        "normal_drag": 0.8,
-        "tangential_drag": 0.1,
-    },
-    "buoy": {
-        "hull": [[0.0, 2.4], [1.2, 2.4]],
-        "mass": 400.0,
-        "center_of_mass": 0.5,
-        "inertia": [192.0, 288.0],
-        "point_masses": [{"mass": 150.0, "height": 2.0}, {"mass": 150.0, "height": 3.0}],
-        "added_mass": 0.3,
-        "normal_drag": 0.8,
-        "axial_drag": 1.0,
-        "rotational_damping": 100.0,
-    },
-    "current": {"speed": 0.5},
-    "external_force": {"force": [500.0, 0.0, 0.0]},
-    "waves": {"amplitude": 0.8, "period": 5.0, "ramp": 0.2},
-    "time": {"end": 2.0, "step": 0.05},
+#: A buoy on a line of few elements in a regular wave.
+MOORED = dynamics_helpers.MOORED | {
+    name: dynamics_helpers.MOORED[name] | {key: value}
+    for name, key, value in (("cable", "elements", 6), ("waves", "ramp", 0.2), ("time", "step", 0.05))
 }
 
 

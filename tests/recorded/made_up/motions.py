@@ -4,6 +4,7 @@ from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 
+from dynamics_helpers import DRAGGED
 from told import MOORED, refused, show
 
 from dolfbuoy import load_scene
@@ -45,27 +46,6 @@ CYLINDER = {
     },
     "time": {"end": 12.0, "step": 0.02, "scheme": "bdf2"},
 }
-SINKER = {
-    "sea": {"depth": 20.0},
-    "seabed": {"friction": 0.3, "slope": [0.0, 0.1]},
-    "anchor": {"weight": 2e3, "friction": 0.5, "density": 2000.0, "drags": True},
-    "cable": {
-        "length": 13.0,
-        "elements": 4,
-        "diameter": 0.02,
-        "line_density": 1.0,
-        "axial_stiffness": 1e5,
-        "damping": 1e3,
-        "top": {
-            "kind": "prescribed",
-            "position": [8.0, 2.0, -10.0],
-            "amplitude": [1.5, 0.5, 0.5],
-            "period": 1.5,
-            "ramp": 0.1,
-        },
-    },
-    "time": {"end": 0.4, "step": 0.01, "scheme": "bdf2"},
-}
 PLACED = MOORED | {"initial": {"buoy_position": [7.0, 1.0, -0.6], "buoy_orientation": [1.0, 0.05, 0.02, 0.1]}}
 SCENES = {
     "a rod": swung("generalized-alpha", INF),
@@ -75,7 +55,7 @@ SCENES = {
     "above all": parting({"time": 0.06, "at": 1.7}, None),
     "by tension": parting({"tension": 100.0}, None),
     "twice": parting({"time": 0.04}, {"time": 0.08, "at": 0.2}),
-    "a sinker": SINKER,
+    "a sinker": DRAGGED,
     "memory": CYLINDER,
     "memory and drift": CYLINDER | {"buoy": CYLINDER["buoy"] | {"drift": "newman"}},
     "placed": PLACED,
