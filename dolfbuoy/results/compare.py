@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from ..errors import InputError
 from ..scene.quantities import number_of
@@ -40,6 +39,8 @@ class Reference:
     """
 
     def __init__(self, run: Any, start: float, whole: Reference | None = None) -> None:
+        from scipy.interpolate import CubicSpline  # 0.1 s of every start
+
         self.start, self.end, self.whole = start, run.t[-1], whole or self
         self.splines = {name: CubicSpline(run.t, values) for name, values in run.values.items()}
         inside = run.t >= start - 1e-9 * self.end

@@ -21,17 +21,26 @@ class Key(NamedTuple):
 
 def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
     """All keys of a section and of the sections in it, in the order of the file."""
-    rows, ranges = [], model.model_json_schema()["properties"]
-    for name, info in model.model_fields.items():
+    schema = functools.cache(lambda of: of.model_json_schema()["properties"])
+    rows = []
+    for key, (owner, name) in _fields(model, prefix).items():
+        info = owner.model_fields[name]
         if info.description:
-            stands = getattr(model, "resolved", model).model_fields.get(name, info)  # whose default holds
+            stands = getattr(owner, "resolved", owner).model_fields.get(name, info)  # whose default holds
             default = "required" if stands.is_required() else _toml(stands.default)
-            rows.append(Key(prefix + name, unit_of(info), default, _range(ranges[name]), info.description))
+            rows.append(Key(key, unit_of(info), default, _range(schema(owner)[name]), info.description))
+    return rows
+
+
+def _fields(model: type[Section], prefix: str = "") -> dict[str, tuple[type[Section], str]]:
+    """Name of each key and section -> the section it stands in, and its name there."""
+    found = {}
+    for name, info in model.model_fields.items():
+        found[prefix + name] = model, name
         inside = f"{prefix}{name}.NAME." if holds_several(info.annotation) else f"{prefix}{name}."
         for inner in sections_in(info.annotation):
-            known = {row.name for row in rows}
-            rows += [row for row in list_keys(inner, inside) if row.name not in known]
-    return rows
+            found |= {key: there for key, there in _fields(inner, inside).items() if key not in found}
+    return found
 
 
 def keys_of(section: str | None = None) -> list[Key]:
@@ -66,7 +75,7 @@ _NAMED = frozenset({"material", "uncertain", "design.vary", "solver.petsc", "ini
 
 @functools.cache
 def _known() -> frozenset[str]:
-    names = (row.name.replace(".NAME", "").split(".") for row in list_keys())
+    names = (name.replace(".NAME", "").split(".") for name in _fields(Scene))
     return frozenset(".".join(parts[: n + 1]) for parts in names for n in range(len(parts)))
 
 

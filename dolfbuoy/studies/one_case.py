@@ -13,7 +13,7 @@ import xarray as xr
 from ..accuracy.bars import bars_of, dataset_of
 from ..accuracy.companion import companion_of
 from ..elsewhere import MPI
-from ..errors import InputError, SolveError
+from ..errors import InputError, NoResult, SolveError
 from ..model.pool import Pool
 from ..motion.simulation import Simulation
 from ..page.folder import write_pages
@@ -89,11 +89,13 @@ def _keep(folder: Path, place: Path, changes: Row) -> None:
     folder.rmdir()
 
 
-def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:
+def run(
+    scene: Scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False, most: float = math.inf
+) -> xr.Dataset:
     """The series of a run on this rank alone, from its checkpoint if one is in the folder, which is removed at the end.
 
     When it is interrupted between two steps, or the deadline is over, it leaves a checkpoint.  keep: the folder stays,
-    with the whole record.
+    with the whole record.  most: failed steps after which it is given up (NoResult).
     """
     if clock.time() > deadline:
         raise interruption.TimeUp
@@ -112,6 +114,8 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
             loop = clock.process_time()
             for step, iterations in simulation.run():
                 recorder.add(step, iterations)
+                if simulation.control.failed > most:
+                    raise NoResult(f"{simulation.control.failed} steps failed until t = {simulation.t:.3g} s.")
                 if interruption.received() or clock.time() > deadline:
                     recorder.save()
                     raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
@@ -122,7 +126,8 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
     except interruption.TimeUp:
         raise
     except BaseException as error:
-        POOL.clear()  # whatever broke off may have left a problem in any state
+        if not isinstance(error, NoResult):
+            POOL.clear()  # whatever broke off may have left a problem in any state
         if isinstance(error, Exception):
             _remove(folder)
         raise

@@ -20,7 +20,7 @@ from ...accuracy.bars import is_smooth
 from ...accuracy.companion import companion_around, companion_of, covered, events_of
 from ...accuracy.outputs import unit_of_series
 from ...accuracy.target import ENOUGH, OF_NEWTON, USUAL, Round, check_names, judged, scale_of, wanted_of
-from ...errors import NoResult, SolveError
+from ...errors import SolveError
 from ...results.bars import number_with
 from ...results.compare import Curve, nice_numbers, percent
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, Figure, matplotlib, new_figure, plain_ticks
@@ -64,6 +64,8 @@ DEARER = 2.0
 AIM, TRIES, UNKNOWN = 0.9 * ENOUGH, 7, 4.0
 #: Share that an error against a finer run may have.
 SURE = 0.9
+#: Failed steps over all after which a run is given up: retries cost most of all, and what they lead to is no result.
+OFTEN = 0.2
 #: Newton's largest tolerance.
 LOOSEST = 1e-4
 
@@ -296,10 +298,11 @@ def _by_a_finer_run(found: Round) -> float:
 
 
 def tried(scene: Scene) -> "xr.Dataset | Exception":
-    """The series of a run on this rank alone, or why it failed."""
+    """The series of a run on this rank alone, or why it failed, or was given up."""
+    time = check_time(scene)
     try:
-        return run(load_scene(scene, accuracy=None))
-    except (SolveError, NoResult) as error:
+        return run(load_scene(scene, accuracy=None), most=OFTEN * time.end / time.step)
+    except SolveError as error:
         return error
 
 
