@@ -16,8 +16,9 @@ from dolfbuoy import load_scene
 from dolfbuoy.accuracy.companion import covered
 from dolfbuoy.accuracy.outputs import Output
 from dolfbuoy.accuracy.target import ENOUGH
-from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.errors import InputError, NoResult, SolveError
 from dolfbuoy.scene.settings import Space, Stepping, space_of, stepping_of, with_settings
+from dolfbuoy.studies import one_case
 from dolfbuoy.studies.accuracy import advise, cheapest
 from dolfbuoy.studies.accuracy.cheapest import Choice, Pilot, Share
 
@@ -92,6 +93,19 @@ def test_a_pilot_costs_some_runs(driven):
     whole = scene.time.end / found.choice.stepping.step * (found.choice.space.cells + 10)
     pilot = Pilot(scene, 0.01).scene.time.end
     assert sum(pilot / row["step"] * (row["cells"] + 10) for row in found.rows) < 20 * whole
+
+
+def test_a_run_whose_steps_fail_again_and_again_is_given_up():
+    """After as many failures as it may have; with one more allowed it goes on."""
+    scene = with_settings(load_scene("driven"), Space(1, 0, 16), Stepping("generalized-alpha", 0.5, newton=1e-4))
+    with pytest.raises(NoResult, match=r"^(\d+) steps failed until t = [\d.]+ s\.$") as few:
+        one_case.run(scene, most=5)
+    failed = int(str(few.value).split()[0])
+    assert failed > 5
+    with pytest.raises(NoResult) as more:
+        one_case.run(scene, most=failed)
+    assert int(str(more.value).split()[0]) > failed
+    assert isinstance(cheapest.tried(scene), NoResult)
 
 
 def test_shares_follow_powers():

@@ -21,7 +21,7 @@ ORDERS = {"backward-euler": (1, 0.08), "bdf2": (2, 0.3), "generalized-alpha": (2
 TROUBLE = {"fail": lambda space, stepping: False, "worse": 1.0, "lost": lambda space, stepping: False}
 
 
-def run(scene, last=True):
+def run(scene, last=True, most=math.inf):
     """A run of a scene with a cable, as `one_case.run`."""
     space, stepping = settings.space_of(scene), settings.stepping_of(scene)
     if TROUBLE["fail"](space, stepping):
