@@ -30,6 +30,7 @@ class Parting:
         self.parted = fem.Function(compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0)))
         self.memory = {"parted_elements": self.parted.x.array, "parted_at": np.zeros_like(self.parted.x.array)}
         self._dofs = compat.cell_dofs(self.parted.function_space)[: len(lines.line_of_cell), 0]
+        self._weight = lines.constants.constant(lambda *_: lines.longest * max(c.line_density for c in lines.sections))
 
     @property
     def of_elements(self) -> np.ndarray:
@@ -38,8 +39,7 @@ class Parting:
 
     def strain_equation(self, equation: Expr, T: Expr, q: Expr) -> Expr:
         """The strain equation of whole elements, T = 0 of parted ones, over a tension that makes it a strain."""
-        weight = max(section.line_density for section in self.lines.sections) * self.lines.longest
-        return (1 - self.parted) * equation + self.parted * (T / weight) * q
+        return (1 - self.parted) * equation + self.parted * (T / self._weight) * q
 
     def accept(self, u: np.ndarray, t: float) -> bool:
         """Part what has reached its time or its tension in an accepted step; True if anything has parted."""

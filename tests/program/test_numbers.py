@@ -5,7 +5,7 @@ Source: the same scene from scratch.
 
 import numpy as np
 import pytest
-from dynamics_helpers import MOORED, merged
+from dynamics_helpers import DRAGGED, MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
@@ -78,7 +78,19 @@ def test_another_structure_needs_another_problem(changes):
 def test_a_pool_gives_what_a_problem_of_its_own_gives():
     """Runs one after the other, of two structures by turns, from the equilibrium to the record; bit for bit."""
     taut = merged(SCENE, cable__slack="tension-only")
-    scenes = [load_scene(s, **c) for c in ({}, OTHER, {"waves__amplitude": 0.9}) for s in (SCENE, taut)]
+    by_turns([load_scene(s, **c) for c in ({}, OTHER, {"waves__amplitude": 0.9}) for s in (SCENE, taut)])
+
+
+def test_a_pool_forgets_what_a_run_leaves_behind():
+    """Springs of friction that were stretched, under a line and a sinker that are dragged; where the line parted."""
+    dragged = merged(DRAGGED, time__end=0.1, cable__fails_at={"time": 0.06, "at": 9.0})
+    many = merged(dragged, cable__elements=5)
+    other = {"cable__line_density": 1.3, "seabed__friction": 0.4}
+    by_turns([load_scene(s, **c) for c in ({}, other, {}) for s in (dragged, many)])
+
+
+def by_turns(scenes):
+    """Runs of a pool, and of problems of their own; of the scenes every other one has the same structure."""
     pool, problems = Pool(), []
     for scene in scenes:
         simulation = Simulation(scene, MPI.COMM_SELF, pool=pool)

@@ -5,6 +5,7 @@ Source: the record, solid geometry by the divergence theorem, the forms of the s
 
 import math
 import re
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import meshio
@@ -21,7 +22,7 @@ from dolfbuoy.model.sea import elevation_at, heading, velocity_at, wavenumber
 from dolfbuoy.results import record as results
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.hulls import surface_of
-from dolfbuoy.results.paraview import buoy_mesh, export, hull_mesh
+from dolfbuoy.results.paraview import buoy_mesh, export, hull_mesh, water_grid
 from dolfbuoy.scene import load_scene
 
 
@@ -233,6 +234,20 @@ def test_paraview_water_is_the_sea_of_the_scene(moored):
     bed = meshio.read(folder / "paraview" / "bed_0000.vtu").points
     np.testing.assert_array_equal(bed[:, 2], -20)
     assert np.ptp(bed @ heading(25.0)) == pytest.approx(np.ptp(along[0]))
+
+
+@pytest.mark.parametrize(("size", "reach"), [(10.0, 5.0), (40.0, 10.0)])
+def test_water_reaches_as_far_on_every_side(size, reach):
+    """Around places that are all on one side of the origin; a quarter of their extent, or five metres."""
+    places = np.array([[100.0, 30.0, -20.0], [100.0 + size, 33.0, 0.0]])
+    points, quads = water_grid(SimpleNamespace(scene=load_scene(HANGING), places=places))
+    np.testing.assert_allclose(points.min(axis=0), [100.0 - reach, 30.0 - reach, 0.0])
+    np.testing.assert_allclose(points.max(axis=0), [100.0 + size + reach, 33.0 + reach, 0.0])
+    corners = points[quads]
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
+    sizes = np.ptp(points, axis=0)[:2] / 8
+    np.testing.assert_allclose(first, np.tile([sizes[0], 0.0, 0.0], (64, 1)), atol=1e-12)
+    np.testing.assert_allclose(second, np.tile([0.0, sizes[1], 0.0], (64, 1)), atol=1e-12)
 
 
 def test_still_water_is_one_mesh(tmp_path):

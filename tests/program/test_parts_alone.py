@@ -233,6 +233,26 @@ def test_a_run_that_fails_leaves_no_problem_behind(monkeypatch):
     assert cleared == [True]
 
 
+@pytest.mark.parametrize(("ranks", "freed"), [(1, 1), (2, 0)])
+def test_a_run_that_breaks_off_frees_its_problem(tmp_path, monkeypatch, ranks, freed):
+    """Alone: of several ranks the others may be elsewhere, and wait for ever."""
+    done = []
+
+    class Breaks:
+        def __init__(self, *_, **__):
+            self.control, self.problem = None, SimpleNamespace(destroy=lambda: done.append("freed"))
+
+        def run(self):
+            raise SolveError("on purpose")
+
+    monkeypatch.setattr(api, "Simulation", Breaks)
+    recorder = SimpleNamespace(close=lambda: done.append("closed"))
+    monkeypatch.setattr(api, "Recorder", lambda *_, **__: recorder)
+    with pytest.raises(SolveError, match="on purpose"):
+        api._drive(SCENE, tmp_path, SimpleNamespace(size=ranks, rank=0), None)
+    assert done == ["closed", *["freed"] * freed]
+
+
 def test_a_scene_that_was_edited_is_not_replaced(tmp_path, monkeypatch):
     """Where a run goes on to another end, its own scene is written anew, and no other one."""
     first, longer = load_scene(CHAIN), load_scene(CHAIN, time__end=9.0)

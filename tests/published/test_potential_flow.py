@@ -69,6 +69,7 @@ def test_coefficients_of_a_file():
         (lambda data: data.isel(influenced_dof=[0, 1]), "lacks Pitch"),
         (lambda data: data.assign_coords(wave_direction=[1.0]), "no waves along x"),
         (lambda data: data.assign(added_mass=data.added_mass * np.nan), "no finite positive numbers"),
+        (lambda data: data.assign_coords(omega=data.omega - data.omega.min()), "no finite positive numbers"),
         (lambda data: data.assign(rotation_center=1.0), "not a netCDF file"),
         (lambda data: data.assign(water_depth=("x", [1.0, 2.0])), "not a netCDF file"),
         (lambda data: data.isel(complex=[0]), "not a netCDF file"),

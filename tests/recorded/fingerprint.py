@@ -5,9 +5,11 @@ import json
 import re
 from pathlib import Path
 
+import meshio
 import numpy as np
 import xarray as xr
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgba
+from matplotlib.ticker import FixedLocator
 
 #: What differs from run to run, and what stands in its place.
 FLEETING = [
@@ -71,39 +73,73 @@ def _short(value) -> str:
     return re.sub(r"\s+", " ", str(value))[:300]
 
 
-def of_figure(figure) -> list[str]:
-    """Panels with their words, scales, curves, areas, bars and legends."""
-    lines = [f"figure {figure.get_size_inches()[0]:.2f} x {figure.get_size_inches()[1]:.2f}"]
-    lines += [f"text {t.get_text()!r}" for t in figure.texts if t.get_text()]
+def of_columns(values) -> str:
+    """`of_array` of every column alone, whose sizes may have nothing to do with each other."""
+    return ", ".join(of_array(column) for column in np.moveaxis(np.asarray(values), -1, 0))
+
+
+def of_mesh(path: Path) -> list[str]:
+    """Points, cells and fields of a mesh for ParaView."""
+    mesh = meshio.read(path)
+    lines = [f"points {of_columns(mesh.points)}"]
+    lines += [f"{block.type} {of_array(block.data)}" for block in mesh.cells]
+    lines += [f"{name} at points {of_array(values)}" for name, values in mesh.point_data.items()]
+    return lines + [f"{name} of cells {of_array(x)}" for name, values in mesh.cell_data.items() for x in values]
+
+
+def of_figure(figure, **saved) -> list[str]:
+    """Panels with their words, scales, curves, areas, bars and legends; saved: how it is written."""
+    lines = [f"figure {figure.get_size_inches()[0]:.2f} x {figure.get_size_inches()[1]:.2f} {saved or ''}"]
+    lines += [f"text {t.get_text()!r} {_of_words(t)}" for t in figure.texts if t.get_text()]
     for axes in figure.axes:
         words = [axes.get_title(), axes.get_title("left"), axes.get_xlabel(), axes.get_ylabel()]
         lines.append(f"panel {' | '.join(words)} {axes.get_xscale()} {axes.get_yscale()}")
-        limits = [*axes.get_xlim(), *axes.get_ylim()]
-        lines.append("limits ~ " + " ".join(f"{x:.5e}" for x in limits))
+        lines.append(
+            "limits " + ", ".join(f"~ {low:.5e} {high:.5e}" for low, high in (axes.get_xlim(), axes.get_ylim()))
+        )
+        for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+            if isinstance(axis.get_major_locator(), FixedLocator):
+                labels = " | ".join(label.get_text() for label in axis.get_ticklabels())
+                lines.append(f"ticks of {name} {labels} {of_array(axis.get_ticklocs())}")
         for line in axes.lines:
-            style = f"{to_hex(line.get_color())} {line.get_linestyle()} {line.get_marker()} {line.get_linewidth():.3g}"
+            style = f"{_colour(line.get_color(), line.get_alpha())} {line.get_linestyle()} {line.get_linewidth():.3g}"
+            marker = f"{line.get_marker()} {line.get_markersize():.3g} {line.get_zorder():.3g}"
             label = line.get_label() if not str(line.get_label()).startswith("_") else ""
-            lines.append(f"line {label} {style} x {of_array(line.get_xdata(orig=False))}")
+            lines.append(f"line {label} {style} {marker} x {of_array(line.get_xdata(orig=False))}")
             lines.append(f"y {of_array(line.get_ydata(orig=False))}")
         for patch in axes.patches:
-            lines.append(f"patch {to_hex(patch.get_facecolor())} {of_array(patch.get_path().vertices)}")
+            style = f"{_colour(patch.get_facecolor())} {_colour(patch.get_edgecolor())} {patch.get_linewidth():.3g}"
+            lines.append(f"patch {style} {of_columns(patch.get_path().vertices)}")
             place = patch.get_patch_transform().get_matrix()
             lines += [f"at {of_array(place)}"] if np.any(place != np.eye(3)) else []
         for collection in axes.collections:
-            colours = [to_hex(c) for c in collection.get_facecolor()[:6]]
-            lines.append(f"{type(collection).__name__} {' '.join(colours)}")
+            colours = [_colour(c) for c in [*collection.get_facecolor()[:6], *collection.get_edgecolor()[:2]]]
+            widths = " ".join(f"{width:.3g}" for width in np.ravel(collection.get_linewidth())[:6])
+            lines.append(f"{type(collection).__name__} {' '.join(colours)} {widths} {collection.get_zorder():.3g}")
             paths = [path.vertices for path in collection.get_paths()]
-            lines += [f"vertices {of_array(np.concatenate(paths))}"] if paths else []
+            lines += [f"vertices {of_columns(np.concatenate(paths))}"] if paths else []
             offsets = np.ma.getdata(collection.get_offsets())
-            lines += [f"offsets {of_array(offsets)}"] if np.any(offsets) else []
+            lines += [f"offsets {of_columns(offsets)}"] if np.any(offsets) else []
             values = collection.get_array()
             lines += [f"values {of_array(np.ma.filled(values, np.nan))}"] if values is not None else []
         lines += [f"image {of_array(np.ma.filled(image.get_array(), np.nan))}" for image in axes.images]
         for text in axes.texts:
-            lines.append(f"text {text.get_text()!r} ~ {text.xy[0] if hasattr(text, 'xy') else text.get_position()[0]}")
+            x, y = text.xy if hasattr(text, "xy") else text.get_position()
+            lines.append(f"text {text.get_text()!r} {_of_words(text)} ~ {x}, ~ {y}")
         if axes.get_legend():
             lines.append("legend " + " | ".join(t.get_text() for t in axes.get_legend().get_texts()))
     return lines
+
+
+def _colour(colour, alpha=None) -> str:
+    """A colour with how much covers what is behind it."""
+    return to_hex(to_rgba(colour, alpha), keep_alpha=True)
+
+
+def _of_words(text) -> str:
+    """Looks of a text."""
+    size, sides = f"{text.get_fontsize():.3g}", f"{text.get_ha()} {text.get_va()}"
+    return f"{size} {_colour(text.get_color())} {sides} {text.get_rotation():.3g}"
 
 
 def of_page(path: Path, folder: Path) -> list[str]:
@@ -142,6 +178,8 @@ def of_file(path: Path, folder: Path) -> list[str]:
         return []
     if path.suffix == ".nc":
         return of_record(path)
+    if path.suffix == ".vtu":
+        return of_mesh(path)
     if path.suffix == ".html":
         return of_page(path, folder)
     if path.suffix in (".toml", ".txt", ".csv", ".dat", ".md", ".json", ".xml", ".xdmf", ".pvd"):
@@ -156,18 +194,19 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\d)", r
 def difference(recorded: str, found: str, exact: bool = True) -> str | None:
     """What two lines differ in; None if in no more than rounding.
 
-    A number of several behind "~" may differ by 2e-5 of the largest of them; one in a text by a unit of its last digit
-    (an integer: by nothing, unless not `exact`).
+    A number of several behind a "~" may differ by 2e-5 of the largest of them, up to the next "~"; one in a text by a
+    unit of its last digit (an integer: by nothing, unless not `exact`).
     """
     if recorded == found:
         return None
     if NUMBER.sub("#", recorded) != NUMBER.sub("#", found):
         return "other words"
-    words, _, array = recorded.partition("~")
-    behind, largest = len(NUMBER.findall(words)), max((abs(float(x)) for x in NUMBER.findall(array)), default=0.0)
-    for k, (a, b) in enumerate(zip(NUMBER.findall(recorded), NUMBER.findall(found), strict=True)):
-        allowed = 2e-5 * largest + 1e-12 if k >= behind else max(_unit(a, exact), _unit(b, exact))
-        if abs(float(a) - float(b)) > 1.001 * allowed:
+    words, *arrays = [NUMBER.findall(part) for part in recorded.split("~")]
+    allowed = [max(_unit(a, exact), _unit(b, exact)) for a, b in zip(words, NUMBER.findall(found), strict=False)]
+    for array in arrays:
+        allowed += [2e-5 * max(abs(float(x)) for x in array) + 1e-12 for _ in array]
+    for a, b, most in zip(NUMBER.findall(recorded), NUMBER.findall(found), allowed, strict=True):
+        if abs(float(a) - float(b)) > 1.001 * most:
             return f"{a} was recorded, {b} is found"
     return None
 

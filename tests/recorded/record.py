@@ -47,7 +47,7 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
     def drawn(figure, target, *arguments, **options):
         figure.draw_without_rendering()
         place = Path(target).name if isinstance(target, str | Path) else "a page"
-        told = of_figure(figure)
+        told = of_figure(figure, **{key: value for key, value in options.items() if key != "metadata"})
         again = "\n".join(told) in seen
         seen.add("\n".join(told))
         lines.append(f"-- picture {place.split('.')[0]}{' as before' * again}")

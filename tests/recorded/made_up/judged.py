@@ -1,6 +1,12 @@
 """Judgements of made-up records; files, stores and cases; gusts, tides, and a linear answer from coefficients."""
 
+import itertools
+import sys
+from contextlib import redirect_stderr
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import xarray as xr
@@ -9,6 +15,7 @@ from told import MOORED, refused, show
 from dolfbuoy import load_scene
 from dolfbuoy.linear import potential_flow
 from dolfbuoy.model import varying
+from dolfbuoy.parallel import cases
 from dolfbuoy.parallel.cases import _Progress, duration, evaluate_all, rows_of, store_in
 from dolfbuoy.parallel.store import Store, Writer
 from dolfbuoy.results import cautions, extremes
@@ -97,6 +104,50 @@ def of_cases():
     print([progress._left(i, 10.0) for i in (0, 1, 2)], _Progress({0: 2.0})._left(0, 5.0))
 
 
+class Looked:
+    """A future that is done when it has been looked at as often as its number says."""
+
+    def __init__(self, evaluate, case):
+        self.evaluate, self.case, self.looks = evaluate, case, iter([False] * case["a"])
+
+    def done(self):
+        return next(self.looks, True)
+
+    def result(self):
+        return self.evaluate(self.case)
+
+    def cancel(self):
+        print("cancelled", self.case)
+
+
+def of_workers():
+    """What an executor evaluates, and what is said of the time: two clocks of made-up ticks."""
+
+    def squared(case):
+        if case["a"] == 2:
+            raise ValueError("two")
+        return {"b": case["a"] ** 2}
+
+    cases_of = [{"a": a} for a in (3, 1, 2, 4, 1)]
+    for number, pace in enumerate((5.0, 40.0)):
+        clock = SimpleNamespace(monotonic=partial(next, itertools.count(0.0, pace)), sleep=lambda s: print("slept", s))
+        more = {
+            "executor": SimpleNamespace(submit=Looked, num_workers=3),
+            "failed": lambda error: {"failed": str(error)},
+            "work": lambda case, pace=pace: pace * case["a"],
+        }
+        with patch.object(cases, "clock", clock), redirect_stderr(sys.stdout):
+            cases.compute(squared, cases_of, Path(f"workers {number}"), **more)
+            cases.compute(
+                squared, cases_of[:2] + [{"a": 7}, {"a": 8}], Path(f"workers {number}"), work=lambda case: 1.0
+            )
+        print(rows_of([{"a": 3}, {"a": 2}, {"a": 8}], Path(f"workers {number}")))
+    try:
+        cases.compute(squared, [{"a": 2}], Path("workers"), executor=SimpleNamespace(submit=Looked))
+    except ValueError as error:
+        print("raised", error, cases._workers(SimpleNamespace(_max_workers=5)), cases._workers(None))
+
+
 def of_winds():
     wind = MOORED | {"wind": {"speed_10m": 12.0, "direction_deg": 30.0, "area": 2.0, "height": 3.0}}
     f = np.array([0.001, 0.01, 0.1, 0.5])
@@ -140,5 +191,6 @@ of_buoys()
 of_steps()
 of_files()
 of_cases()
+of_workers()
 of_winds()
 of_coefficients()

@@ -3,12 +3,22 @@
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+import tomli_w
+import xarray as xr
+from made_up import RECORD
+from made_up import SCENE as MADE_UP
 from told import refused
 
 import dolfbuoy
 from dolfbuoy import load_scene
 from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.feasible import check_feasible
+from dolfbuoy.page import folder
+from dolfbuoy.results import figures
+from dolfbuoy.results.runs import Run, runs_of
+from dolfbuoy.results.sample import Fatigue
+from dolfbuoy.results.statistics import gumbels
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
 from dolfbuoy.statics.first_shape import check_first_shape
 from dolfbuoy.statics.righting import righting_curve
@@ -175,6 +185,19 @@ SCENES = [
     ),
     (MOORED | {"waves": WAVES["waves"] | {"period_seen_from": "ground"}, "current": {"grid": GRID}}, {}),
     ("short", {"time.output_every": 1e-9}),
+    # of bodies, fatigue and starts
+    (MOORED | {"buoy": [HULL | {"inertia": [1.0, 1.0, 9.0]}]}, {}),
+    (MOORED | {"buoy": [HULL | {"hull": None, "added_mass": "disk", "inertia": [1.0, 1.0]}]}, {}),
+    (MOORED | {"buoy": [HULL, HULL | {"name": "c"}], "external_force": {"force": [1.0, 0.0, 0.0]}}, {}),
+    ("driven", {"cable.breaking_load": 1e5, "fatigue": {"curve": "API six-strand", "corrosion": 1e-3}}),
+    ("driven", {"cable.steel_area": 1e-4, "fatigue": {"curve": "DNV studless", "corrosion": 0.05}}),
+    (AFLOAT | {"fatigue": {"curve": "API studless"}}, {}),
+    ("three-legs", {"initial": {"kind": "polyline", "points": {"east": [[0, 0, 0], [1, 0, 0]]}}}),
+    ("three-legs", {"initial": {"kind": "straight"}}),
+    ("driven", {"cable.anchor": [1.0, 2.0]}),
+    ("driven", {"nothing": {"a": 1}}),
+    ("driven", {"cable": {"length": {"a": 1}}}),
+    ("chain-on-bed", {"anchor": {"nowhere": {"holding_capacity": 1e5}, "cable.from": {"holding_capacity": 1e5}}}),
 ]
 
 
@@ -191,9 +214,50 @@ def table(text):
     return Path("table.csv")
 
 
+def file_of(name, **data):
+    """A netCDF file."""
+    xr.Dataset(data).to_netcdf(name)
+    return name
+
+
+def named(**keys):
+    """A scene file beside those that it names."""
+    Path("named.toml").write_text(tomli_w.dumps(AFLOAT | keys))
+    return load_scene(Path("named.toml"))
+
+
 refused(*(partial(looked_at, *case) for case in SCENES))
-driven, sinking = load_scene("driven", time__end=0.5), load_scene("short")
+DEEP = {"x": ("x", [0.0, 1.0]), "y": ("y", [0.0, 1.0])}
+TIMES = {"time": ("time", [0.0, 1.0], {"units": "weeks"}), "depth": ("depth", [0.0, 9.0])}
+FLOW = (("time", "depth"), [[0.1, 0.2], [0.3, 0.4]])
 refused(
+    lambda: named(seabed={"depths": file_of("none.nc", **DEEP)}),
+    lambda: named(seabed={"depths": file_of("gap.nc", **DEEP, depth=(("y", "x"), [[20.0, np.nan], [20.0, 20.0]]))}),
+    lambda: named(seabed={"depths": str(table("2 2\n0 1\n0 1\n0 0 -20\n"))}),
+    lambda: named(current={"grid": file_of("weeks.nc", **TIMES, u=FLOW, v=FLOW)}),
+    lambda: named(current={"grid": file_of("half.nc", u=FLOW)}),
+    lambda: named(current={"grid": file_of("other.nc", u=("x", [1.0]), v=("x", [1.0]), time=TIMES["time"])}),
+    lambda: named(waves={"spectrum": file_of("sea.nc", efth=("freq", [1.0]), freq=("freq", [0.1]))}),
+    lambda: named(waves={"spectrum": file_of("seas.nc", a=("freq", [1.0]))}),
+    lambda: named(waves={"elevation": str(table("1,2,3\n4,5\n"))}),
+    lambda: named(vessel=[SHIP | {"motion": file_of("still.nc", time=TIMES["time"])}]),
+)
+driven, sinking = load_scene("driven", time__end=0.5), load_scene("short")
+sample = {"series": {}, "duration": 9.0}
+refused(
+    lambda: Fatigue(exponent=0.0),
+    lambda: Fatigue(corrosion=-1.0),
+    lambda: Fatigue(curve="API studless", constant=1.0),
+    lambda: Fatigue(curve="none"),
+    lambda: gumbels([Run("a", sample, "x"), Run("b", sample | {"duration": 8.0}, "x")], "tension_top"),
+    lambda: gumbels([Run("a", sample, "x"), Run("b", sample, "x")], "tension_top"),
+    lambda: runs_of([RECORD]),
+    lambda: figures.tension(RECORD.isel(time=slice(0, 0)), MADE_UP),
+    lambda: figures.orbit(RECORD, load_scene(MADE_UP, waves=None)),
+    lambda: figures.orbit(RECORD.isel(time=slice(0, 20)), MADE_UP),
+    lambda: figures.tension(RECORD.isel(cable=0, drop=True), MADE_UP),
+    lambda: folder.show(xr.Dataset()),
+    lambda: dolfbuoy.stiffness(load_scene("towed-array")),
     lambda: dolfbuoy.response(driven, periods=[5.0], sea=(0.0, 5.0)),
     lambda: dolfbuoy.response(load_scene(driven, sea=None)),
     lambda: dolfbuoy.offsets(driven, [1e3], [0.0]),
