@@ -14,11 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
-from . import trajectories  # noqa: F401  # its figures come first
-
-# isort: split
-from . import over_time  # noqa: F401
-from . import snapshot as _snapshot  # noqa: F401
+from . import over_time, trajectories
+from . import snapshot as _snapshot
 from .after_ramp import Missing, TooShort
 from .over_time import of_quantity
 from .paraview import read_run
@@ -31,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [*FIGURES, "draw_all"]
+_ORDER = [module.__name__ for module in (trajectories, over_time, _snapshot)]
 #: Cables or buoys that have figures of their own: those with the largest value of a quantity.
 MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
@@ -47,6 +45,11 @@ def __dir__() -> list[str]:
     return [*globals(), *FIGURES]
 
 
+def in_order() -> dict[str, Any]:
+    """The figures of a run by name, in one order whichever of their modules was imported first."""
+    return dict(sorted(FIGURES.items(), key=lambda figure: _ORDER.index(figure[1].__module__)))
+
+
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None, svg: bool = True) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
@@ -60,7 +63,7 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     folder, written, notes = Path(folder), list[Path](), dict[str, None]()
     chosen = {kind: _largest(record, kind, notes) for kind in CHOSEN_BY}
     own = {name: of_quantity(one) for name, one in QUANTITIES.items() if one.figure and name not in FIGURES}
-    for name, draw in (FIGURES | own).items():
+    for name, draw in (in_order() | own).items():
         parts: list[str | None] = [*chosen[draw.part]] if draw.part else []
         for part in parts or [None]:
             try:

@@ -43,6 +43,16 @@ def check_images(files, names):
             assert len(list(ElementTree.parse(file).getroot().iter())) > 50
 
 
+def test_figures_are_drawn_in_one_order(monkeypatch):
+    """Whatever was imported first: files of a run come in the order of their figures."""
+    names = list(figures.in_order())
+    monkeypatch.setattr(figures, "FIGURES", dict(reversed(figures.FIGURES.items())))
+    found = list(figures.in_order())
+    own = {module: [name for name in names if figures.FIGURES[name].__module__ == module] for module in figures._ORDER}
+    assert names == [name for module in own.values() for name in module]
+    assert found == [name for module in own.values() for name in reversed(module)]
+
+
 def test_every_figure_of_a_moored_buoy(moored):
     folder, _ = moored
     names = ["trajectory", "track", "orbit", "tension", "envelope", "heave", "cone_angle", "roll_pitch_yaw"]
