@@ -11,15 +11,16 @@ from ..scene.stiffness import kinks_of
 from . import effects
 from .potential_flow import states_of
 
-#: Keys of a piece of line whose values are part of the structure.
+#: Keys of a piece of line whose values are part of the structure; of these of its mesh alone.
+_OF_MESH = ("elements", "grading")
 _OF_LINES = (
-    *("length", "elements", "grading"),
+    *("length", *_OF_MESH),
     *("position_degree", "tension_degree", "strain", "strain_form", "slack"),
 )
 
 
-def structure_of(scene: Scene) -> tuple[Any, ...]:
-    """Equal for scenes that one `Problem` can serve one after the other."""
+def structure_of(scene: Scene, mesh: bool = True) -> tuple[Any, ...]:
+    """Equal for scenes that one `Problem` can serve one after the other; without mesh: for those of the same forms."""
     network, waves = scene.network, scene.waves
     profile = scene.current.profile if scene.current else None
     return (
@@ -30,7 +31,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
         scene.seabed and (scene.seabed.start, scene.seabed.depths is not None),
         repr(scene.solver),
         tuple(effects.names(scene)),
-        *(_of_line(scene, piece.section) for piece in network.pieces),
+        *(_of_line(scene, piece.section, mesh) for piece in network.pieces),
         *(_called(scene, "joint", body) for body in network.bodies.values()),
         *(
             (
@@ -51,8 +52,8 @@ def _states(scene: Scene, buoy: Buoy) -> tuple[int, ...]:
     return tuple(len(s.rate) for s in states_of(scene, buoy)) if buoy.potential_flow and scene.sea else ()
 
 
-def _of_line(scene: Scene, section: Cable) -> tuple[Any, ...]:
-    keys = [repr(getattr(section, name)) for name in _OF_LINES]
+def _of_line(scene: Scene, section: Cable, mesh: bool) -> tuple[Any, ...]:
+    keys = [repr(getattr(section, name)) for name in _OF_LINES if mesh or name not in _OF_MESH]
     kinks = [len(kinks_of(section.axial_stiffness, below)) for below in (False, True)]
     return *keys, *kinks, section.winch is not None, bool(section.diameter), _called(scene, "cable", section)
 

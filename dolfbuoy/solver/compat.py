@@ -180,6 +180,20 @@ _one_at_a_time = jit.one_at_a_time(dolfinx_jit.ffcx_jit.__wrapped__, _OPTIONS, j
 _OURS.append((dolfinx_jit, "ffcx_jit", dolfinx_jit.mpi_jit_decorator(_one_at_a_time)))
 
 
+#: Signatures of the forms of systems of a kind, by which FFCX finds what is compiled.
+_SIGNATURES: dict[object, list[str]] = {}
+
+
+def sign(forms, kind):
+    """Give forms the signatures of those of another system of this kind: to find them takes a quarter of a set-up."""
+    read_by = [(len(form.integrals()), len(form.coefficients()), len(form.constants())) for form in forms]
+    known = _SIGNATURES.setdefault((kind, *read_by), [])
+    if not known:
+        known += [form.signature() for form in forms]
+    for form, signature in zip(forms, known, strict=True):
+        form._signature = signature
+
+
 def compile_form(form):
     """Compile a UFL form, or find it in the cache."""
     with _compiler():

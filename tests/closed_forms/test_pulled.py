@@ -54,7 +54,9 @@ def beds(*essential):
     return [pytest.param(b, id=n, marks=() if n in essential else pytest.mark.slow) for n, b in BEDS.items()]
 
 
-@pytest.mark.parametrize("more", [{}, {"current": CURRENT}], ids=["still", "current"])
+@pytest.mark.parametrize(
+    "more", [{}, pytest.param({"current": CURRENT}, marks=pytest.mark.slow)], ids=["still", "current"]
+)
 @pytest.mark.parametrize("bed", beds("down"))
 def test_a_pulled_line_cut_into_three_is_the_line(bed, more):
     """From its anchor or from its top, to 1e-9 of length and tension."""
@@ -153,6 +155,7 @@ def legs(friction=0.6, **more):
     return {"sea": water, "cable": cables, "joint": [body], "seabed": bed, "current": CURRENT} | more
 
 
+@pytest.mark.slow
 def test_every_line_of_a_network_is_pulled():
     """Each is the line alone that is pulled to where the float is."""
     given = legs()

@@ -175,6 +175,7 @@ def test_the_memory_of_a_sea_is_that_of_its_spectrum():
     assert np.isnan(series(np.ones(len(t)), t).memory)
 
 
+@pytest.mark.slow
 def test_a_deviation_is_as_well_known_as_is_said():
     """Of 300 runs, each of five minutes, 95 % lie within the bounds; counted within three deviations."""
     waves = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 6.0, "amplitudes": "random"}

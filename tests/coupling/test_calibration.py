@@ -61,6 +61,7 @@ def test_deviations_know_no_units():
     assert not nothing[1].any()
 
 
+@pytest.mark.slow
 def test_twin_with_noise(twin, tmp_path):
     """The truth within 3 standard deviations; residuals as large as the noise."""
     noise = 0.01 * float(np.ptp(twin.tension_top.values))

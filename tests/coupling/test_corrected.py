@@ -176,6 +176,7 @@ def test_parts_in_the_summary():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_errors_on_two_ranks(tmp_path):

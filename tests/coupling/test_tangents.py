@@ -345,6 +345,7 @@ for name, (scene, by) in json.load(open(sys.argv[1])).items():
 """
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks(tmp_path):

@@ -60,7 +60,7 @@ def test_random_amplitudes_scatter_as_theory_says():
     assert np.std(energies) / fixed == pytest.approx(1 / math.sqrt(200), rel=4 / math.sqrt(2 * 400))
 
 
-@pytest.mark.parametrize("row", CASES["sea/m0_scatter"]["expected"][2:4], ids=lambda row: f"{row['T']} s")
+@pytest.mark.parametrize("row", CASES["sea/m0_scatter"]["expected"][2:3], ids=lambda row: f"{row['T']} s")
 def test_scatter_of_m0_with_duration(row):
     """Variance of the elevation over a duration, with random amplitudes over 200 seeds."""
     t = np.arange(0.0, row["T"], 0.5)
@@ -268,7 +268,7 @@ def test_scatter_in_theory(row):
     assert found == pytest.approx(row["cv"], rel=1e-6)
 
 
-@pytest.mark.parametrize("count", [12, 25])
+@pytest.mark.parametrize("count", [12, pytest.param(25, marks=pytest.mark.slow)])
 def test_few_components_have_low_crests(count):
     """The envelope of N phasors, by 4 10^6 draws, against Pearson's term: the level that one of 1000 exceeds."""
     rng, levels = np.random.default_rng(1), []

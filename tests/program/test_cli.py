@@ -131,7 +131,10 @@ def test_failed_solve_is_exit_code_1_and_names_the_place(call, tmp_path):
         assert word in err
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 130, marks=pytest.mark.slow), (signal.SIGKILL, -9)],
+)
 def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
     options = ["--out", str(tmp_path), "--no-plot", "--set", "time.end=1e5"]  # which is not over before the signal
     process = subprocess.Popen(

@@ -56,6 +56,7 @@ def test_page(record):
     assert data["view"]["devices"] == [{"ends": [{"at": [3.0, 0.0, -10.0]}, {"node": 0}]}]
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 def test_replay(record, tmp_path):

@@ -206,6 +206,7 @@ for _scene in ALIKE.values():
     _scene.pop("waves", None)
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks_find_the_same(tmp_path):

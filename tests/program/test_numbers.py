@@ -12,6 +12,9 @@ from dolfbuoy import load_scene
 from dolfbuoy.model.pool import Pool
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.scene import shipped_scenes
+from dolfbuoy.scene.settings import Space, fitting, space_of, stepping_of, with_settings
+from dolfbuoy.solver import compat
 
 SCENE = merged(MOORED, cable__elements=4, time={"end": 0.2, "step": 0.02})
 SCENE = merged(SCENE, wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0})
@@ -104,6 +107,33 @@ def by_turns(scenes):
     assert problems[1] is problems[3] is problems[5]
     assert problems[0] is not problems[1]
     pool.clear()
+
+
+ESSENTIAL = ("short", "lazy-wave", "two-buoys")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [n if n in ESSENTIAL else pytest.param(n, marks=pytest.mark.slow) for n in shipped_scenes() if n != "free-buoy"],
+)
+def test_forms_are_those_of_another_mesh(name, monkeypatch):
+    """Signatures that a scene's forms are given are those that UFL finds, with half the elements too."""
+    given, sign = [], compat.sign
+
+    def compared(forms, kind):
+        found = [form.signature() for form in forms]
+        sign(forms, kind)
+        given.extend(zip(found, (form.signature() for form in forms), strict=True))
+
+    monkeypatch.setattr(compat, "sign", compared)
+    scene = load_scene(name)
+    cells = max(1, space_of(scene).cells // 2)
+    coarse = with_settings(scene, fitting(scene, Space(2, 1, cells)), stepping_of(scene))
+    for one in (coarse, with_settings(scene, fitting(scene, Space(2, 1, 2 * cells)), stepping_of(scene))):
+        for dynamic in (True, False):
+            Problem(one, dynamic, MPI.COMM_SELF).destroy()
+    assert given
+    assert all(found == own for found, own in given)
 
 
 def test_a_pool_keeps_few():

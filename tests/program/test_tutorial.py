@@ -36,6 +36,7 @@ def test_tutorial_is_small_and_holds_no_page():
     assert kinds == {"image/png", "text/plain"}
 
 
+@pytest.mark.slow
 def test_tutorial_prints_what_it_says():
     names = {}
     for cell in CELLS:

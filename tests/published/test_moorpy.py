@@ -58,7 +58,9 @@ def by_moorpy(moorpy, network, start):
 
 @pytest.mark.filterwarnings("ignore")  # MoorPy's own, of numpy and matplotlib
 @pytest.mark.parametrize("on_bed", [False, True])
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 6, 7, 8, 9, 10])  # MoorPy leaves the rest of 5 on a bed
+@pytest.mark.parametrize(
+    "seed", [0, 1, 2, 3, 4, 6, 7, 8, pytest.param(9, marks=pytest.mark.slow), 10]
+)  # MoorPy leaves the rest of 5 on a bed
 def test_random_moorings(seed, on_bed):
     moorpy = pytest.importorskip("moorpy")
     network = mooring(seed, on_bed)

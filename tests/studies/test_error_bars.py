@@ -296,6 +296,7 @@ def test_an_accuracy_that_was_reached_is_read(tmp_path):
         simulate(load_scene(scene, accuracy={"target": 0.04}), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_an_accuracy_on_two_ranks(tmp_path):

@@ -31,7 +31,7 @@ def off(sentence):
 
 
 @pytest.mark.parametrize("waves", [LOW, LOW_SEA | {"spreading": 3.0}], ids=["regular", "irregular"])
-@pytest.mark.parametrize("name", ["short", "three-legs"])
+@pytest.mark.parametrize("name", ["short", pytest.param("three-legs", marks=pytest.mark.slow)])
 def test_low_waves(name, waves):
     """Of one line and of three, in a wave and in a sea: tensions and positions within 1.5 %; no word on cone angles."""
     found = said(load_scene(load_scene(name).to_dict() | {"waves": waves, "time": TIME}))

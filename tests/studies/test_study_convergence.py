@@ -114,6 +114,7 @@ def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path,
     assert "P4-P3" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks_write_the_same_files(tmp_path, monkeypatch):

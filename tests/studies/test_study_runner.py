@@ -117,6 +117,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_hard_cases_in_a_table(hard, tmp_path):
     """Table, JSON and markdown; what was measured of a case that fails is told too."""
     assert hard("--only", "good")[0] == 0

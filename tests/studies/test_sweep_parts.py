@@ -291,7 +291,7 @@ def _sweep_process(folder, *options):
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
 def test_a_case_that_is_stopped_goes_on(number, tmp_path):
     """With its checkpoint of that instant after SIGTERM, with the last one after a kill: bit for bit."""
     scene = merged(BUOY, time={"end": 1000.0, "step": 0.02})  # some seconds: the first checkpoint comes after one

@@ -215,7 +215,7 @@ def dask():
         yield client.get_executor()
 
 
-@pytest.mark.parametrize("make", [processes, dask])
+@pytest.mark.parametrize("make", [processes, pytest.param(dask, marks=pytest.mark.slow)])
 def test_an_executor_gives_what_one_process_gives(make, swept, tmp_path):
     """Processes of their own; the lines of the store but for times and order."""
     _, dataset = swept

@@ -26,6 +26,7 @@ def few(monkeypatch):
     return study.request("chain-on-bed", 20.0)
 
 
+@pytest.mark.slow
 def test_touchdown(few, tmp_path):
     tables = run(study.study, tmp_path, **few).rows
     elements = {(row["pair"], row["elements"]): row for row in tables["touchdown-elements"]}
