@@ -32,6 +32,8 @@ def elastic_energies(lines: "Lines") -> list[Expr]:
         found.append(or_taut(lines, form.elastic_energy(lines.cable, e, T, r, r_t), partial(form.taut_energy, r=r)))
     if lines.moment_dofs is not None:
         m = ufl.split(lines.w)[-1]
+        if lines.blended:
+            found.append(bending.blended_energy(r, m, lines.EI, ufl.CellVolume(lines.mesh)))
         if lines.bending_damping is not None:
             m = bending.elastic_moment(m, lines.EI, lines.bending_damping, r, r_t)
         found.append(bending.bending_energy(m, lines.EI))

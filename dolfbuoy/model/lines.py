@@ -178,7 +178,7 @@ class Lines(Layout, Masses):
         def clamp(k, i, get):
             return self.constants.constant(lambda scene, _: get(scene.network.pieces[self.numbers[k]].ends[i].clamp))
 
-        self.EI = number(lambda c: c.bending_stiffness)
+        self.EI, self.blended = number(lambda c: c.bending_stiffness), self.section.position_degree == 2
         damped = self.dynamic and any(c.bending_damping for c in self.sections)
         self.bending_damping = number(lambda c: c.bending_damping) if damped else None
         self.typical_EI = self.constants.constant(
@@ -266,6 +266,8 @@ class Lines(Layout, Masses):
             if self.bending_damping is not None:
                 t += self.bending_damping * bending.turning(r, r_t)
             F += bending.shear_term(r, m, v) + bending.curvature_equation(t, m, self.EI, E0, p, self.share_of_bending)
+            if self.blended:
+                F += bending.blended_terms(r, m, self.EI, ufl.CellVolume(self.mesh), E0, v, p)
         if self.dynamic:
             F += form.inertia(cable, r_tt, v)
         forces = [force for _, force in self.water_forces()]

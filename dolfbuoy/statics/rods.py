@@ -6,8 +6,8 @@ end is loose: its directions t make
     1/2 EI |t'|^2 - (F + c) . t
 
 stationary, with c the multiplier of the chord between its ends.  Here t is that of rigid links with
-springs between them, three for every node of an element; Newton's method turns them, with a matrix that is banded but
-for the three columns of c.
+springs between them, two or three for every node of an element, where one ends; Newton's method turns them, with a
+matrix that is banded but for the three columns of c.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -24,8 +24,8 @@ from ..scene.network import End, Network, Piece
 from .catenary import Array
 from .network import Rest
 
-#: Links of an element, times its degree: with three Newton's method of the elements takes the fewest iterations.
-LINKS = 3
+#: Links between nodes of an element, of degree 2 and of others, with which Newton's method takes the fewest iterations.
+LINKS_OF_DEGREE_2, LINKS = 2, 3
 #: Most turns of all links, the largest of one of them [rad], and what is none.
 MOST, LARGEST, NONE = 40, 1.0, 1e-6
 #: Change of the force at an end, as a part of the largest one, by which a buoy or a joint there would move far.
@@ -184,7 +184,8 @@ class _Chain:
 
     def __init__(self, network: Network, pieces: Sequence[Piece], shapes: Sequence[Any], poses: dict[str, Array]):
         self.shapes, ends = shapes, (pieces[0].ends[0], pieces[-1].ends[1])
-        self.s = [_ends_of_links(piece.section) for piece in pieces]
+        self.sections = [piece.section for piece in pieces]
+        self.s = [_ends_of_links(section) for section in self.sections]
         alone = {name for name, there in network.meetings().items() if len(there) == 1}
         self.moves = any(end.kind in ("joint", "buoy") for end in ends)
         self.loose = [end.kind == "free" or end.name in alone for end in ends]
@@ -240,18 +241,37 @@ class _Chain:
         end = -1 if self.loose[0] else 0
         places += self.shapes[end].position(self.s[end][[end]]) - places[end]
         tensions = np.einsum("ni,ni->n", links.forces + c, t)
-        for shape, s in zip(self.shapes, self.s, strict=True):
+        for shape, s, section in zip(self.shapes, self.s, self.sections, strict=True):
             T, ends = tensions[first : first + len(s) - 1], slice(first, first + len(s))
+            if section.position_degree == 2:
+                moments[ends] = _blended(moments[ends], places[ends])
             T = np.concatenate([[1.5 * T[0] - 0.5 * T[1]], (T[1:] + T[:-1]) / 2, [1.5 * T[-1] - 0.5 * T[-2]]])
             yield Bent(shape, c, s, places[ends], T, moments[ends])
             first += len(s) - 1
 
 
+def _links(degree: int) -> int:
+    return LINKS_OF_DEGREE_2 if degree == 2 else LINKS
+
+
 def _ends_of_links(section: Any) -> Array:
-    """Unstretched lengths at which the links of a piece end [m]."""
-    nodes, count = cable_nodes(section.length, section.elements, section.grading), LINKS * section.position_degree
-    links = np.arange(count * (len(nodes) - 1) + 1) / count
-    return np.interp(links, np.arange(len(nodes)), nodes)
+    """Unstretched lengths at which the links of a piece end [m]; the nodes, Gauss and Lobatto's, are among them."""
+    inner = np.polynomial.Legendre.basis(section.position_degree).deriv().roots()
+    within, links = (np.concatenate([[-1.0], inner]) + 1) / 2, _links(section.position_degree)
+    ends = cable_nodes(section.length, section.elements, section.grading)
+    nodes = np.append(ends[:-1, None] + np.diff(ends)[:, None] * within, ends[-1])
+    return np.interp(np.arange(links * (len(nodes) - 1) + 1) / links, np.arange(len(nodes)), nodes)
+
+
+def _blended(moments: Array, places: Array) -> Array:
+    """Moments of links whose parabolas over elements of degree 2 have half as much along the line, as with
+    `forms.bending.blended_energy`."""
+    step, found = LINKS_OF_DEGREE_2, moments.copy()
+    begin, end, middle = moments[: -2 * step : 2 * step], moments[2 * step :: 2 * step], moments[step :: 2 * step]
+    chords = np.diff(places[:: 2 * step], axis=0)
+    along = np.einsum("ni,ni->n", begin + end - 2 * middle, chords) / np.einsum("ni,ni->n", chords, chords)
+    found[step :: 2 * step] += along[:, None] * chords / 4
+    return found
 
 
 def _direction(end: End, poses: dict[str, Array]) -> Array | None:
