@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags
-from scipy.stats import norm, qmc
 
 from ..model.rigid import rotation_of
 from .layout import Body, nodes_of
@@ -161,6 +160,8 @@ class LinearDrag:
     @cached_property
     def _normal(self) -> Any:
         """Nine normal numbers, PAIRS times: evenly spread, with the variance 1."""
+        from scipy.stats import norm, qmc  # 0.2 s of every start
+
         numbers = norm.ppf(qmc.Sobol(9, scramble=True, seed=0).random(PAIRS))
         return numbers / np.sqrt((numbers**2).mean(axis=0))
 
