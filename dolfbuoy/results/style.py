@@ -111,15 +111,15 @@ def save(figure: Figure, path: Path, svg: bool = True) -> list[Path]:
     """Write path.png, and path.svg if it is wanted."""
     files = files_of(path, svg)
     with replacing(files[0]) as part, matplotlib.rc_context(STYLE):
-        _print_png(figure, part)
+        print_png(figure, part)
     for file in files[1:]:
         with replacing(file) as part:
             figure.savefig(part, format="svg", metadata={"Date": None})
     return files
 
 
-def _print_png(figure: Figure, path: Path) -> None:
-    """As figure.savefig, which draws all once more before, for the layout; it stands from then on."""
+def print_png(figure: Figure, path: Path) -> None:
+    """Write a PNG as figure.savefig does, which draws all once more before, for the layout; that stands then."""
     figure.set_dpi(STYLE["savefig.dpi"])
     if (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)

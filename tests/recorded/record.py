@@ -35,7 +35,7 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
     from fingerprint import of_figure, of_file, of_text
     from matplotlib.figure import Figure
 
-    from dolfbuoy.results import measured
+    from dolfbuoy.results import measured, style
 
     case, lines, seen = CASES[name], [], set()
     ticks = partial(next, itertools.count())
@@ -54,10 +54,11 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
         lines.extend([] if again else told)
         return saved(figure, target, *arguments, **options | {"dpi": 10})
 
-    saved = Figure.savefig
+    saved, keeps = Figure.savefig, partial(drawn, format="png")
     given = set(folder.rglob("*"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", drawn)
+        patch.setattr(style, "print_png", keeps)
         patch.setattr(measured, "clock", SimpleNamespace(perf_counter=ticks, process_time=ticks))
         for command in case.get("commands", []):
             code, out, err = call(*shlex.split(command))
