@@ -54,11 +54,15 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
         lines.extend([] if again else told)
         return saved(figure, target, *arguments, **options | {"dpi": 10})
 
-    saved, keeps = Figure.savefig, partial(drawn, format="png")
+    def printed(figure, path):
+        drawn(figure, path, format="png")
+        figure.set_layout_engine("none")
+
+    saved = Figure.savefig
     given = set(folder.rglob("*"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", drawn)
-        patch.setattr(style, "print_png", keeps)
+        patch.setattr(style, "print_png", printed)
         patch.setattr(measured, "clock", SimpleNamespace(perf_counter=ticks, process_time=ticks))
         for command in case.get("commands", []):
             code, out, err = call(*shlex.split(command))
