@@ -11,6 +11,7 @@ matrix that is banded but for the three columns of c.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +21,7 @@ from ..errors import SolveError
 from ..meshes import cable_nodes
 from ..model.prescribed_ends import direction_of
 from ..model.rigid import rotation_of
-from ..scene.network import End, Network, Piece
+from ..scene.network import End, Network, Piece, attached_ends
 from .catenary import Array
 from .network import Rest
 
@@ -77,19 +78,37 @@ def angle_between(way: Array, to: Array) -> float:
     return float(np.arccos(np.clip(way @ to, -1.0, 1.0)))
 
 
-def bend(network: Network, rest: Rest, poses: dict[str, Array]) -> list[Any]:
-    """Shapes of all pieces, bent where they have a stiffness, hang, and a shape is found; poses: of the buoys."""
-    shapes, found, bed = rest.shapes, list(rest.shapes), rest.network.bed
-    for numbers in _chains(network, rest.lying):
-        try:
-            chain = _Chain(network, [network.pieces[k] for k in numbers], [shapes[k] for k in numbers], poses)
-            bent = chain.bend()
-        except (SolveError, np.linalg.LinAlgError):
-            continue  # the cable's has to do
-        if bed is None or all(bed.height_above(place) >= 0 for shape in bent for place in shape.places[1:-1]):
-            for k, shape in zip(numbers, bent, strict=True):
-                found[k] = shape
-    return found
+def bend(network: Network, rest: Rest, poses: dict[str, Array], afloat: bool) -> tuple[list[Any], dict[str, Array]]:
+    """Shapes of all pieces, bent where they have a stiffness, hang, and a shape is found, and poses of the buoys, with
+    those turned that only a rod holds; poses: as they hang; afloat: whether water carries them."""
+    shapes, found, poses, bed = rest.shapes, list(rest.shapes), dict(poses), rest.network.bed
+    chains, rods = [*_chains(network, rest.lying)], _chains(network, 0 * rest.lying)
+    if bed is None:  # what lies, lies on the surface
+        chains += [rod for rod in rods if rod not in chains and _tip(network, rod) is not None]
+    for numbers in chains:
+        given = network, [network.pieces[k] for k in numbers], [shapes[k] for k in numbers], poses
+        tip, lies = _tip(network, numbers), rest.lying[numbers].any()
+        for loose in (None,) if tip is None else (None, tip) if afloat and not lies else (tip,):
+            with suppress(SolveError, np.linalg.LinAlgError):  # the cable's shape has to do
+                chain = _Chain(*given, loose, afloat)
+                bent = chain.bend()
+                if bed is None or all(bed.height_above(place) >= 0 for shape in bent for place in shape.places[1:-1]):
+                    for k, shape in zip(numbers, bent, strict=True):
+                        found[k] = shape
+                    poses |= chain.turned_buoy(bent)
+                break
+    return found, poses
+
+
+def _tip(network: Network, numbers: Sequence[int]) -> int | None:
+    """End of a chain of pieces, 0 or 1, at a buoy that nothing else holds than the direction of the other end."""
+    ends = network.pieces[numbers[0]].ends[0], network.pieces[numbers[-1]].ends[1]
+    pulled = [network.pieces[k].ends[i].name for k, i in attached_ends(network)]
+    pulled += [end.name for device in network.take_offs.values() for end in device.ends]
+    for i, (end, other) in enumerate(zip(ends, ends[::-1], strict=True)):
+        if end.kind == "buoy" and end.clamp and other.clamp and other.kind != "buoy" and pulled.count(end.name) == 1:
+            return i
+    return None
 
 
 def weak_springs(network: Network, shapes: Sequence[Any]) -> list[str]:
@@ -180,25 +199,41 @@ def _across(t: Array) -> Array:
 
 class _Chain:
     """Pieces of a line, one behind the other, in the shapes of their cables; straight where only one end is held, in a
-    direction."""
+    direction.
 
-    def __init__(self, network: Network, pieces: Sequence[Piece], shapes: Sequence[Any], poses: dict[str, Array]):
+    tip: the end at a buoy that goes where the rod takes it, with its weight or, afloat, with none.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        pieces: Sequence[Piece],
+        shapes: Sequence[Any],
+        poses: dict[str, Array],
+        tip: int | None = None,
+        afloat: bool = False,
+    ):
         self.shapes, ends = shapes, (pieces[0].ends[0], pieces[-1].ends[1])
         self.sections = [piece.section for piece in pieces]
         self.s = [_ends_of_links(section) for section in self.sections]
         alone = {name for name, there in network.meetings().items() if len(there) == 1}
         self.moves = any(end.kind in ("joint", "buoy") for end in ends)
-        self.loose = [end.kind == "free" or end.name in alone for end in ends]
-        ways = [_direction(end, poses) for end in ends]  # None: pinned, or that of the cable at a weld
+        self.loose = [end.kind == "free" or end.name in alone or i == tip for i, end in enumerate(ends)]
+        # None: pinned, or that of the cable at a weld
+        ways = [None if i == tip else _direction(end, poses) for i, end in enumerate(ends)]
+        self.tip, self.at_tip = tip, ends[tip or 0]
         steps = self._steps(ways)
         lengths = np.linalg.norm(steps, axis=1)
         if not lengths.all():
             raise SolveError("the cable has folds of no length")
         self.t = steps / lengths[:, None]
         forces = self._of_pieces(lambda shape, s: shape.force((s[1:] + s[:-1]) / 2))
+        self.carried = shapes[-tip].force(self.s[-tip][[-tip]])[0] if tip is not None and afloat else np.zeros(3)
         given = [t if way is None else way for t, way in zip(self.t[[0, -1]], ways, strict=True)]
         chord = None if any(self.loose) else steps.sum(axis=0)
-        self.links = _Links(lengths, forces, 1 / self._flexibility(network, pieces), np.array(given), chord)
+        self.links = _Links(
+            lengths, forces - self.carried, 1 / self._flexibility(network, pieces, tip), np.array(given), chord
+        )
 
     def _of_pieces(self, what: Callable[[Any, Array], Array]) -> Array:
         """Numbers of all links."""
@@ -211,13 +246,14 @@ class _Chain:
             return self._of_pieces(lambda _, s: np.multiply.outer(np.diff(s), held[0]))
         return self._of_pieces(lambda shape, s: np.diff(shape.position(s), axis=0))
 
-    def _flexibility(self, network: Network, pieces: Sequence[Piece]) -> Array:
+    def _flexibility(self, network: Network, pieces: Sequence[Piece], tip: int | None) -> Array:
         """Turn per moment at the ends of all links, infinite in a hinge [1/(N m)]."""
         halves = zip(self.s, pieces, strict=True)
         of_halves = np.concatenate([np.diff(s) / 2 / piece.section.bending_stiffness for s, piece in halves])
         found = np.append(of_halves, 0.0) + np.append(0.0, of_halves)
-        for place, end in ((0, pieces[0].ends[0]), (-1, pieces[-1].ends[1])):
-            if end.clamp is None and end.name not in network.welds:
+        for i, end in enumerate((pieces[0].ends[0], pieces[-1].ends[1])):
+            place = -i
+            if (end.clamp is None and end.name not in network.welds) or i == tip:
                 found[place] = np.inf
             elif end.clamp and end.clamp.rotational_stiffness:
                 found[place] += 1 / end.clamp.rotational_stiffness
@@ -234,6 +270,15 @@ class _Chain:
             raise SolveError("what holds an end would go away")
         return list(self._pieces(t, c))
 
+    def turned_buoy(self, bent: Sequence[Bent]) -> dict[str, Array]:
+        """Name and pose of the buoy at the tip, turned to go on from the rod."""
+        if self.tip is None or self.at_tip.clamp is None:
+            return {}
+        step = np.diff(bent[-self.tip].places, axis=0)[-self.tip]
+        own = np.asarray(self.at_tip.clamp.unit)
+        half = turned(own, step / np.linalg.norm(step), 0.5)
+        return {str(self.at_tip.name): np.array([own @ half, *np.cross(own, half)])}
+
     def _pieces(self, t: Array, c: Array) -> Iterator[Bent]:
         links, first = self.links, 0
         moments = links.springs[:, None] * np.diff(np.vstack([links.ways[:1], t, links.ways[1:]]), axis=0)
@@ -246,7 +291,7 @@ class _Chain:
             if section.position_degree == 2:
                 moments[ends] = _blended(moments[ends], places[ends])
             T = np.concatenate([[1.5 * T[0] - 0.5 * T[1]], (T[1:] + T[:-1]) / 2, [1.5 * T[-1] - 0.5 * T[-2]]])
-            yield Bent(shape, c, s, places[ends], T, moments[ends])
+            yield Bent(shape, c - self.carried, s, places[ends], T, moments[ends])
             first += len(s) - 1
 
 

@@ -138,11 +138,12 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
             if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
                 network = replace(network, joints=joints)
                 found = still.solve(network)
-        shapes = bend(problem.network, found, poses) if problem.network.bends else found.shapes
-        return Start(problem, shapes, poses)
+        if not problem.network.bends:
+            return Start(problem, found.shapes, poses)
+        return Start(problem, *bend(problem.network, found, poses, scene.sea is not None))
 
     start = rest()
-    overturned = [name for name in poses if _overturns(start, name)]
+    overturned = [name for name, pose in poses.items() if start.poses[name] is pose and _overturns(start, name)]
     poses |= dict.fromkeys(overturned, OVERTURNED)
     return rest() if overturned else start
 

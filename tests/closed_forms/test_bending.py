@@ -319,6 +319,40 @@ def test_welded_pieces_are_one():
     assert hinged.end_moment.values[0] == 0.0
 
 
+@pytest.mark.parametrize("load", [1e-3, 1.0, 10.0])
+def test_a_body_in_air_at_the_tip_of_a_rod(load):
+    """Small on a rod without weight: the elastica under a dead load, W L^2/EI from small to large; it goes on from the
+    rod."""
+    weight = load * 1e3 / 100
+    held = {"from_end": direction(0.0), "to_end": {"direction": [0.0, 0.0, 1.0]}}
+    cable = rod(10.0, 1e3, 32, 2, **held)["cable"] | {"line_density": 1e-9}
+    body = {"hull": [[0.0, 0.02], [0.02, 0.02]], "mass": weight / G, "center_of_mass": 0.0, "inertia": [1.0, 1.0]}
+    problem = solve_equilibrium(load_scene({"gravity": G, "cable": cable, "buoy": body}), MPI.COMM_SELF)
+    assert (problem.route, problem.iterations <= 3) == ("newton", True)
+    x, z = bent.elastica(load)
+    assert problem.system.u[problem.lines.top_dofs()] == pytest.approx([10 * x, 0.0, -10 * z], abs=2e-5)
+    root = np.linalg.norm(problem.system.u[problem.lines.end_moments(0, 0)])
+    assert root == pytest.approx(weight * 10 * x, rel=1e-5)
+    problem.destroy()
+
+
+@pytest.mark.parametrize("line_density", [30.0, 33.0])
+def test_a_float_at_the_tip_of_a_stiff_rod(line_density):
+    """By hand: a rod clamped level below the surface, lighter or heavier than water, with a float that it holds half
+    under water."""
+    float_ = {"hull": [[0.0, 0.5], [1.0, 0.5]], "mass": 100.0, "center_of_mass": 0.3}
+    rod = {"length": 20.0, "line_density": line_density, "diameter": 0.2, "axial_stiffness": 1e9, "elements": 6}
+    rod |= {"bending_stiffness": 1e9, "anchor": [0.0, 0.0, -0.5], "position_degree": 2, "tension_degree": 1}
+    rod |= {"from_end": direction(0.0), "to_end": direction(0.0)}
+    scene = {"gravity": G, "sea": {"depth": 32.0, "density": 1000.0}, "cable": rod, "buoy": float_}
+    rest = solve_static(scene)
+    rise = rest.cable_position.values[-1, 2] + 0.5
+    lift = G * (1000.0 * math.pi * 0.25**2 * (0.5 - rise) - 100.0)
+    per_metre = G * (1000.0 * math.pi * 0.1**2 - line_density)
+    assert rise == pytest.approx((lift * 20**3 / 3 + per_metre * 20**4 / 8) / 1e9, rel=0.01)
+    assert rest.anchor_moment.item() == pytest.approx(abs(lift * 20 + per_metre * 200), rel=2e-3)
+
+
 def test_each_piece_has_its_own_radius():
     """The sharpest bend of a cantilever is at its root, the largest use of what is allowed in its outer half."""
     keys = {"from_end": direction(0.0), "top": {"kind": "free"}}
