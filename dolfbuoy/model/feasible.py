@@ -102,8 +102,8 @@ def _check_positive(key: str, value: float, effective: float, what: str) -> None
 def hanging_weight(scene: Scene, buoy: str) -> float:
     """Weight in water of the lines that hang from a buoy, at least, when it floats above their held ends [N].
 
-    A line that is heavy all along: what it has down to the held end, and of what hangs lower its half.  Bars between
-    points of the buoy: all, which may lift it.
+    A line that is heavy all along: what it has down to the held end, and of what hangs lower its half; nothing of a rod
+    that both ends hold in a direction.  Bars between points of the buoy: all, which may lift it.
     """
     network, found = scene.network, []
     bars = [section for cable in network.bars_of(buoy) for section in network.sections_of(cable)]
@@ -112,7 +112,8 @@ def hanging_weight(scene: Scene, buoy: str) -> float:
         pieces = [network.pieces[k] for k in network.pieces_of(cable)]
         ends = pieces[0].ends[0], pieces[-1].ends[1]
         for near, far, along in ((1, 0, pieces[::-1]), (0, 1, pieces)):
-            if ends[near].kind == "buoy" and ends[near].name == buoy and ends[far].held:
+            rod = ends[near].clamp and ends[far].clamp
+            if ends[near].kind == "buoy" and ends[near].name == buoy and ends[far].held and not rod:
                 found.append(([piece.section for piece in along], -ends[far].top.position[2]))
     for sections, height in found:
         weights = [weight_per_length(scene, c) for c in sections]

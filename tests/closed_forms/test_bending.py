@@ -262,10 +262,10 @@ def test_a_body_in_air_at_the_tip_of_a_rod(load):
     problem.destroy()
 
 
-@pytest.mark.parametrize("line_density", [30.0, 33.0])
+@pytest.mark.parametrize("line_density", [30.0, 33.0, 45.0])
 def test_a_float_at_the_tip_of_a_stiff_rod(line_density):
     """By hand: a rod clamped level below the surface, lighter or heavier than water, with a float that it holds half
-    under water."""
+    under water, and that could not carry it."""
     float_ = {"hull": [[0.0, 0.5], [1.0, 0.5]], "mass": 100.0, "center_of_mass": 0.3}
     rod = {"length": 20.0, "line_density": line_density, "diameter": 0.2, "axial_stiffness": 1e9, "elements": 6}
     rod |= {"bending_stiffness": 1e9, "anchor": [0.0, 0.0, -0.5], "position_degree": 2, "tension_degree": 1}
