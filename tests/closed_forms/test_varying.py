@@ -16,7 +16,7 @@ import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.check.report import derived
 from dolfbuoy.model.sea import velocity_at
-from dolfbuoy.model.varying import COMPONENTS, Gusts, seed_of, spectrum_of
+from dolfbuoy.model.varying import COMPONENTS, Grid, Gusts, seed_of, spectrum_of
 
 #: A body of 100 kg in empty space, whose wind acts 10 m above z = 0, where it has its speed.
 BODY = {
@@ -111,6 +111,15 @@ def test_a_series_of_gusts_has_the_spectrum():
     series = np.array([sums[0](x) for x in t])
     assert series.std() == pytest.approx(sums[0].deviation, rel=0.1)
     assert not np.allclose(series, [sums[1](x) for x in t])
+
+
+@pytest.mark.parametrize("t", [0.0, 10.0, 14.0, 20.0, 43.0, 50.0, 60.0])
+def test_a_grid_is_linear_between_its_times(t):
+    """Whenever it begins, and as it is at its ends before and after them."""
+    times, u = [10.0, 20.0, 50.0], [0.3, 0.9, -0.4]
+    grid = Grid([[t, z, (1 + z) * x, x**2] for t, x in zip(times, u, strict=True) for z in (0.0, -2.0)])
+    speed, across = np.interp(t, times, u), np.interp(t, times, np.square(u))
+    np.testing.assert_allclose(grid(t), [[-speed, across, 0.0], [speed, across, 0.0]], atol=1e-15)
 
 
 @shows("current.over_time", "current.grid")

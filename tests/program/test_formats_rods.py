@@ -108,6 +108,17 @@ def test_a_rod_that_is_hung_is_a_bar():
     assert said == ["line 14: rod1 is a bar here: a cable of one element that does not stretch"]
 
 
+def test_a_bar_of_a_body_without_mass_has_next_to_none():
+    """A ten thousandth of that of the water in its place, as a line has some."""
+    text = (
+        SIDE_BY_SIDE.format(mass=2500).replace("steel 0.3 301", "steel 0.3 0").replace("float 1.0 310", "float 1.0 0")
+    )
+    bars = [cable for cable in read(text)[0]["cable"] if cable["name"].startswith("rod")]
+    areas = np.array([math.pi / 4 * bar["diameter"] ** 2 for bar in bars])
+    np.testing.assert_allclose([bar["line_density"] for bar in bars], 1e-4 * 1025 * areas, rtol=1e-12)
+    assert len(set(areas)) > 1
+
+
 def test_the_free_end_of_a_bar_is_a_joint_too():
     """Also where no line ends on it."""
     text = written(

@@ -15,6 +15,7 @@ from chains import CHAIN
 from dynamics_helpers import MOORED, merged
 from made_up import ALONE, RECORD, SCENE
 from matplotlib.figure import Figure
+from mpi4py import MPI
 
 from dolfbuoy import InputError, api, load_scene
 from dolfbuoy.accuracy.outputs import numbers_of, series_after
@@ -29,6 +30,7 @@ from dolfbuoy.parallel.cases import _claim
 from dolfbuoy.results import folder as folders
 from dolfbuoy.results.compare import Reference
 from dolfbuoy.results.criteria import Verdict, never_met
+from dolfbuoy.results.recorder import Recorder
 from dolfbuoy.results.sample import Fatigue, sample_of
 from dolfbuoy.results.statistics import Run, together
 from dolfbuoy.results.style import at_least
@@ -55,6 +57,25 @@ def test_the_anchor_of_an_output_is_the_whole_force():
     np.testing.assert_allclose((one.t[0], one.t[-1]), (2.0, 7.0))
     assert numbers_of(one)["mean"] == pytest.approx(np.average(one.x, weights=[0.5, *[1.0] * (len(one.x) - 2), 0.5]))
     np.testing.assert_allclose(found["tension_top", "cable"].x, ALONE.tension_top[rows])
+
+
+def test_an_output_needs_three_instants():
+    """Of two nothing is known between them."""
+    assert series_after(RECORD, 2.0, 2.1) == {}
+    assert len(series_after(RECORD, 2.0, 2.2)["tension_top", "cable"].x) == 3
+
+
+@pytest.mark.parametrize(("marked", "left"), [(4, 0), (5, 0), (7, 2), (9, 3)])
+def test_a_recorder_goes_back_to_its_mark(marked, left):
+    """Of three rows that are not on the disk, where five are, those from before the mark stay."""
+    cut, saved = [], []
+    record = SimpleNamespace(lengths=lambda: {"time": 5}, cut=lambda lengths: cut.append(lengths) or marked < 5)
+    own = SimpleNamespace(_extremes=SimpleNamespace(kept=np.zeros(2)), record=record, _count=3, root=True)
+    own.simulation, own.save = SimpleNamespace(comm=MPI.COMM_SELF), lambda: saved.append(own._count)
+    Recorder.rewind(own, {"lengths": {"time": marked}, "next_frame": 1.5, "extremes": np.array([2.0, 3.0])})
+    assert (own._count, own._next_frame, own._extremes.kept.tolist()) == (left, 1.5, [2.0, 3.0])
+    assert cut == [{"time": marked}]
+    assert saved == [0] * (marked < 5)
 
 
 def test_a_limit_is_told_in_the_unit_of_its_value():

@@ -25,7 +25,7 @@ from dolfbuoy.scene.inputs import inputs_of
 from dolfbuoy.sensitivity.expressions import Dual
 from dolfbuoy.sensitivity.parameters import Parameter, parameters_of
 from dolfbuoy.sensitivity.uncertainty import _of
-from dolfbuoy.studies.accuracy import report_text, work_precision
+from dolfbuoy.studies.accuracy import pilot, report_text, work_precision
 from dolfbuoy.studies.physics import energy
 
 # -- take-offs and files -----------------------------------------------------------------------------------------------
@@ -94,6 +94,44 @@ def test_a_run_that_fails_is_beyond_every_limit():
     assert [one.slope.tolist() for one in far] == [slope.tolist() for slope in slopes]
     first, others = module._Search._lost(SimpleNamespace(limits=limits, _last=None), np.zeros(2))
     assert [first.value, *(one.value for one in others)] == [np.inf] * 4
+
+
+def test_a_limit_of_a_part_is_held_against_its_own_bar(monkeypatch):
+    """Of two cables the second; a limit of all of them against each, and what is not known is said where it varies."""
+    design = importlib.import_module("dolfbuoy.sensitivity.design")
+    rows = [("tension_top.max", part, value, bar) for part, value, bar in (("one", 900.0, 50.0), ("two", 980.0, 5.0))]
+    rows += [
+        (f"tension_top.{end}", part, value, 0.0)
+        for part in ("one", "two")
+        for end, value in (("std", 30.0), ("mean", 700.0))
+    ]
+    data = dict(zip(("output", "output_of", "bar_value", "bar"), zip(*rows, strict=True), strict=True))
+    data["bar_verdict"] = ["both", design.NONE, *["both"] * 4]
+    record = xr.Dataset({name: ("output", list(values)) for name, values in data.items()})
+    monkeypatch.setattr(design, "simulate", lambda *_, **__: record)
+    told = []
+    for text in ("tension_top.max[two] < 1000", "tension_top.max[one] < 940", "tension_top.max < 1000"):
+        dataset = xr.Dataset()
+        search = SimpleNamespace(limits=[design._limit(text)], cases=[{}], needs_run=True)
+        told.append((design._within_bars(SCENE, search, dataset), dataset.limit_bar.values.tolist()))
+    assert told == [
+        (["tension_top.max[two] < 1000: nothing is known of the error of 980."], [5.0]),
+        (["tension_top.max[one] < 940: its error bar reaches beyond, 900 +- 50."], [50.0]),
+        (["tension_top.max < 1000: nothing is known of the error of 980."], [50.0]),
+    ]
+
+
+def test_a_pilot_has_errors_of_what_changes_little():
+    """A range of half a metre is one; what stays as it is has none."""
+    t = np.linspace(0.0, 10.0, 101)
+    whole, off, still = (
+        SimpleNamespace(t=t, values={"heave": values})
+        for values in (0.25 * np.cos(np.pi * t), 0.25 * np.cos(np.pi * t) + 0.05, np.full(101, 2.0))
+    )
+    asked = SimpleNamespace(start=0.0, quantity="heave")
+    assert pilot.Pilot.difference(asked, off, whole) == pytest.approx(0.1)
+    with pytest.raises(InputError, match="--quantity heave: it does not change"):
+        pilot.Pilot.difference(asked, off, still)
 
 
 # -- pages and notes ---------------------------------------------------------------------------------------------------

@@ -158,6 +158,7 @@ SCENES = [
             {"spectrum": SPECTRUM | {"direction_deg": [0.0, 400.0]}},
             {"spectrum": SPECTRUM | {"frequency": [0.2, 0.1]}},
             {"spectrum": SPECTRUM, "spreading": 4.0},
+            SEA | {"band": [0.9, 0.9]},
             {"period": 5.0},
             {"amplitude": 1.0},
             {},
@@ -197,6 +198,8 @@ SCENES = [
     ("driven", {"cable.anchor": [1.0, 2.0]}),
     ("driven", {"nothing": {"a": 1}}),
     ("driven", {"cable": {"length": {"a": 1}}}),
+    (WATER | {"cable": [LINE, LINE | {"name": None, "length": -1.0}]}, {}),
+    (WATER | {"cable": [LINE, LINE | {"name": "b", "length": -1.0}]}, {}),
     ("chain-on-bed", {"anchor": {"nowhere": {"holding_capacity": 1e5}, "cable.from": {"holding_capacity": 1e5}}}),
 ]
 
