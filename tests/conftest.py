@@ -1,5 +1,7 @@
 """Fixtures of several files of tests."""
 
+import sys
+
 import pytest
 
 
@@ -15,6 +17,9 @@ def call(monkeypatch, capsys):
         captured = capsys.readouterr()
         return stop.value.code or 0, captured.out, captured.err
 
+    monkeypatch.setattr(
+        sys.modules["__main__"], "__package__", None, raising=False
+    )  # else usage names `python -m pytest`
     monkeypatch.setattr(cli.out, "width", 300)
     monkeypatch.setattr(cli.err, "width", 300)
     return run

@@ -17,6 +17,7 @@ from dolfbuoy import InputError, load_scene
 from dolfbuoy.check.report import derived
 from dolfbuoy.model.sea import velocity_at
 from dolfbuoy.model.varying import COMPONENTS, Grid, Gusts, seed_of, spectrum_of
+from dolfbuoy.scene import wave_files
 
 #: A body of 100 kg in empty space, whose wind acts 10 m above z = 0, where it has its speed.
 BODY = {
@@ -120,6 +121,14 @@ def test_a_grid_is_linear_between_its_times(t):
     grid = Grid([[t, z, (1 + z) * x, x**2] for t, x in zip(times, u, strict=True) for z in (0.0, -2.0)])
     speed, across = np.interp(t, times, u), np.interp(t, times, np.square(u))
     np.testing.assert_allclose(grid(t), [[-speed, across, 0.0], [speed, across, 0.0]], atol=1e-15)
+
+
+@pytest.mark.parametrize(("count", "said"), [(1_000_000, "must hold time, x, y, z"), (1_000_001, "a series over time")])
+def test_files_of_motions_are_of_bounded_length(tmp_path, count, said):
+    """What is compressed may be long: its numbers are counted before they are read."""
+    xr.Dataset({"time": ("time", np.zeros(count))}).to_netcdf(tmp_path / "motion.nc")
+    with pytest.raises(ValueError, match=said):
+        wave_files._motions(tmp_path / "motion.nc")
 
 
 @shows("current.over_time", "current.grid")

@@ -25,6 +25,7 @@ from dolfbuoy.scene.inputs import inputs_of
 from dolfbuoy.sensitivity.expressions import Dual
 from dolfbuoy.sensitivity.parameters import Parameter, parameters_of
 from dolfbuoy.sensitivity.uncertainty import _of
+from dolfbuoy.studies import sweep
 from dolfbuoy.studies.accuracy import pilot, report_text, work_precision
 from dolfbuoy.studies.physics import energy
 
@@ -132,6 +133,14 @@ def test_a_pilot_has_errors_of_what_changes_little():
     assert pilot.Pilot.difference(asked, off, whole) == pytest.approx(0.1)
     with pytest.raises(InputError, match="--quantity heave: it does not change"):
         pilot.Pilot.difference(asked, off, still)
+
+
+def test_a_case_that_will_not_run_is_no_work():
+    """Others take what the whole scene takes, in proportion to their steps."""
+    whole, half = (sweep._work(SCENE, {"changes": {"time.end": end}}) for end in (SCENE.time.end, SCENE.time.end / 2))
+    assert whole == pytest.approx(2 * half)
+    assert half > 0
+    assert sweep._work(SCENE, {"changes": {"cable.length": -1.0}}) == 0.0
 
 
 # -- pages and notes ---------------------------------------------------------------------------------------------------
