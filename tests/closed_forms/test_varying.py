@@ -14,6 +14,7 @@ from scipy.integrate import trapezoid
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
+from dolfbuoy.check import weather
 from dolfbuoy.check.report import derived
 from dolfbuoy.model.sea import velocity_at
 from dolfbuoy.model.varying import COMPONENTS, Grid, Gusts, seed_of, spectrum_of
@@ -25,6 +26,15 @@ BODY = {
     "buoy": {"mass": 100.0, "center_of_mass": 0.0, "inertia": [1e6, 1e6]},
     "initial": {"buoy_position": [0.0, 0.0, 10.0]},
     "time": {"end": 2.0, "step": 0.005, "scheme": "bdf2"},
+}
+LINE = {
+    "cable": {
+        "length": 9.0,
+        "line_density": 1.0,
+        "diameter": 0.02,
+        "elements": 2,
+        "top": {"kind": "fixed", "position": [1.0, 0.0, -1.0]},
+    }
 }
 WIND = {
     "speed_10m": 8.0,
@@ -121,6 +131,15 @@ def test_a_grid_is_linear_between_its_times(t):
     grid = Grid([[t, z, (1 + z) * x, x**2] for t, x in zip(times, u, strict=True) for z in (0.0, -2.0)])
     speed, across = np.interp(t, times, u), np.interp(t, times, np.square(u))
     np.testing.assert_allclose(grid(t), [[-speed, across, 0.0], [speed, across, 0.0]], atol=1e-15)
+
+
+def test_how_fast_a_current_changes():
+    """Rows of a factor and of an angle: the chord of the turn, over the time between."""
+    rows = [[5.0, 1.0, 0.0], [9.0, 1.0, 60.0], [10.0, 0.6, 60.0]]
+    current = load_scene({"sea": {"depth": 9.0}, "current": {"speed": 2.0, "over_time": rows}} | LINE).current
+    assert weather._rate(current) == pytest.approx(2.0 * 0.4 / 1.0)
+    slower = current.model_copy(update={"over_time": rows[:2]})
+    assert weather._rate(slower) == pytest.approx(2.0 * 1.0 / 4.0)
 
 
 @pytest.mark.parametrize(("count", "said"), [(1_000_000, "must hold time, x, y, z"), (1_000_001, "a series over time")])

@@ -99,7 +99,18 @@ def test_a_reader_that_has_read_enough():
 
 def test_numbers_in_words():
     """Four digits without the exponent of a large number; rounding is nothing; kilonewtons from 1000 N on."""
-    numbers = (-4.68e4, 123456.0, 0.0012346, -7.965e-13, 1e-8, 2.0, 3e20, 1.23456e-5)
-    words = ["-46800", "123500", "0.001235", "0", "0.00000001", "2", "3e+20", "0.00001235"]
+    numbers = (-4.68e4, 123456.0, 0.0012346, -7.965e-13, 1e-8, 2.0, 3e20, 1.23456e-5, 1.2e15, 9.99e14)
+    words = [
+        "-46800",
+        "123500",
+        "0.001235",
+        "0",
+        "0.00000001",
+        "2",
+        "3e+20",
+        "0.00001235",
+        "1.2e+15",
+        "999000000000000",
+    ]
     assert [plain(x) for x in numbers] == words
     assert [newtons(x) for x in (-4.68e4, 999.96, -12.5, 1e-12)] == ["-46.8 kN", "1000 N", "-12.5 N", "0 N"]
