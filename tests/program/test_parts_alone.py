@@ -19,12 +19,14 @@ from mpi4py import MPI
 
 from dolfbuoy import InputError, api, load_scene
 from dolfbuoy.accuracy.outputs import numbers_of, series_after
+from dolfbuoy.check import report as checked_report
 from dolfbuoy.commands import run as command
 from dolfbuoy.commands import statistics
 from dolfbuoy.commands.shared import default_folder
 from dolfbuoy.coupling import names
 from dolfbuoy.errors import SolveError
 from dolfbuoy.formats.names import Names
+from dolfbuoy.linear import periods
 from dolfbuoy.model.structure import structure_of
 from dolfbuoy.parallel.cases import _claim
 from dolfbuoy.results import folder as folders
@@ -272,6 +274,20 @@ def test_a_run_that_breaks_off_frees_its_problem(tmp_path, monkeypatch, ranks, f
     with pytest.raises(SolveError, match="on purpose"):
         api._drive(SCENE, tmp_path, SimpleNamespace(size=ranks, rank=0), None)
     assert done == ["closed", *["freed"] * freed]
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_periods_of_check_are_those_of_the_rest_that_is_there(monkeypatch, ranks):
+    """On one rank; of several each has but its part, and the rest is found anew."""
+    seen = []
+    monkeypatch.setattr(periods, "moored_periods", lambda scene, problem: seen.append(problem) or {"heave": 3.0})
+    problem = SimpleNamespace(
+        scene=SCENE, lines=None, comm=SimpleNamespace(size=ranks), system=SimpleNamespace(blocks=[])
+    )
+    told = SimpleNamespace(periods={})
+    checked_report._at_rest(problem, told)
+    assert seen == [problem if ranks == 1 else None]
+    assert told.periods == {"heave": 3.0}
 
 
 def test_a_scene_that_was_edited_is_not_replaced(tmp_path, monkeypatch):
