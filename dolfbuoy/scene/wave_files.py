@@ -33,8 +33,8 @@ def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
     return lambda value: _columns(file_of(value, allowed), count) if is_file(value) else value
 
 
-#: Rows of a table over time.
-MOST_ROWS = 200_000
+#: Rows of a table over time, and numbers of a variable of a netCDF file.
+MOST_ROWS, MOST_NUMBERS = 200_000, 1_000_000
 #: Units of time in netCDF files.
 _SECONDS = {"s": 1.0, "seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}
 
@@ -59,6 +59,14 @@ def grid_of(value: Any) -> Any:
     return _stream(path) if is_netcdf(path) else _columns(path, 4)
 
 
+def _check_size(found: Any, fits: bool, what: str, most: int = MOST_NUMBERS) -> None:
+    """Raise ValueError for a variable that is not what it must be, or has too many numbers."""
+    if not fits:
+        raise ValueError(f"{what}, not over {found.dims}")
+    if found.size > most:
+        raise ValueError(f"{what} of at most {most} numbers, not {found.size}")
+
+
 def _stream(path: Path) -> list[list[float]]:
     """u and v (or uo and vo, eastward and northward) of a netCDF file over time [s] and depth, or z, [m]."""
     import numpy as np
@@ -71,8 +79,7 @@ def _stream(path: Path) -> list[list[float]]:
         with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
             u, v = (data[a if a in data else b].squeeze() for a, b in (("u", "uo"), ("v", "vo")))
             level = "depth" if "depth" in u.dims else "z"
-            if set(u.dims) != {"time", level} or u.size > MOST_ROWS:
-                raise ValueError(f"u and v must be over time and depth, or z, not over {u.dims}")
+            _check_size(u, set(u.dims) == {"time", level}, "u and v must be over time and depth, or z", MOST_ROWS)
             east, north = (x.transpose("time", level).values.astype(float).tolist() for x in (u, v))
             t, z = data["time"].values.astype(float), data[level].values.astype(float)
             t = t * _SECONDS.get(str(data["time"].attrs.get("units", "s")).split()[0], math.nan)
@@ -109,8 +116,7 @@ def _motions(path: Path) -> list[list[float]]:
             columns = []
             for names in MOTIONS:
                 found = data[next((name for name in names if name in data.variables), names[0])]
-                if found.ndim != 1 or found.size > 1_000_000:
-                    raise ValueError(f"{names[0]} must be a series over time, not over {found.dims}")
+                _check_size(found, found.ndim == 1, f"{names[0]} must be a series over time")
                 is_radian = str(found.attrs.get("units", "")).startswith("rad")
                 columns.append(found.values.astype(float) * (180 / np.pi if is_radian else 1.0))
     except (OSError, KeyError, RuntimeError) as error:
@@ -178,8 +184,7 @@ def _directional(path: Path) -> dict[str, Any]:
     try:
         with xr.open_dataset(path, engine="netcdf4") as data:
             efth = data["efth"].squeeze()
-            if set(efth.dims) != {"freq", "dir"} or efth.size > 1_000_000:
-                raise ValueError(f"efth must be one spectrum over freq and dir, not over {efth.dims}")
+            _check_size(efth, set(efth.dims) == {"freq", "dir"}, "efth must be one spectrum over freq and dir")
             efth = efth.transpose("freq", "dir").load()
             per_radian = "rad" in str(efth.attrs.get("units", ""))
             frequency, towards = efth["freq"].values, (270.0 - efth["dir"].values) % 360.0

@@ -142,7 +142,10 @@ def test_how_fast_a_current_changes():
     assert weather._rate(slower) == pytest.approx(2.0 * 1.0 / 4.0)
 
 
-@pytest.mark.parametrize(("count", "said"), [(1_000_000, "must hold time, x, y, z"), (1_000_001, "a series over time")])
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [(1_000_000, "must hold time, x, y, z"), (1_000_001, "a series over time of at most 1000000 numbers, not 1000001")],
+)
 def test_files_of_motions_are_of_bounded_length(tmp_path, count, said):
     """What is compressed may be long: its numbers are counted before they are read."""
     xr.Dataset({"time": ("time", np.zeros(count))}).to_netcdf(tmp_path / "motion.nc")
