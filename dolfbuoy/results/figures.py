@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [*FIGURES, "draw_all"]
-_ORDER = [module.__name__ for module in (trajectories, over_time, _snapshot)]
+#: Places of the modules of figures; those that others register come last.
+_ORDER = {module.__name__: k for k, module in enumerate((trajectories, over_time, _snapshot))}
 #: Cables or buoys that have figures of their own: those with the largest value of a quantity.
 MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
@@ -47,7 +48,7 @@ def __dir__() -> list[str]:
 
 def in_order() -> dict[str, Any]:
     """The figures of a run by name, in one order whichever of their modules was imported first."""
-    return dict(sorted(FIGURES.items(), key=lambda figure: _ORDER.index(figure[1].__module__)))
+    return dict(sorted(FIGURES.items(), key=lambda figure: _ORDER.get(figure[1].__module__, len(_ORDER))))
 
 
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None, svg: bool = True) -> list[Path]:

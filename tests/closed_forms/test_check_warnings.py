@@ -241,6 +241,7 @@ def test_waves_beyond_the_response_of_a_vessel(period, said):
     assert found == [words] * said
 
 
+@pytest.mark.slow
 def test_a_lot_of_line_in_no_water_is_checked_in_bounded_time():
     """750 m of cable in 0.1 m of water: eigenvalue solvers that do not converge end (75 s of two solvers before)."""
     began = time.process_time()

@@ -283,6 +283,7 @@ def test_a_resumed_run_keeps_its_places(tmp_path):
         np.testing.assert_array_equal(whole[name], again[name])
 
 
+@pytest.mark.slow
 @needs_mpirun
 @pytest.mark.mpi
 def test_places_on_two_ranks(lazy, tmp_path):

@@ -82,7 +82,7 @@ def test_it_is_lifted_by_more_than_its_weight():
     assert 2 * np.polyfit(t[5:], z[5:], 2)[0] == pytest.approx(0.2 * WEIGHT / MASS, rel=2e-3)
 
 
-@pytest.mark.parametrize("start", ["frictionless", "pulled"])
+@pytest.mark.parametrize("start", [pytest.param("frictionless", marks=pytest.mark.slow), "pulled"])
 def test_a_sinker_that_holds_is_an_anchor(start):
     """The chain's rest and its first steps are those of an anchor, but for the way on which friction is mobilised."""
     change = {"seabed.start": start, "time.end": 0.2}

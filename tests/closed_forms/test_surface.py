@@ -200,6 +200,7 @@ def test_a_run_that_is_resumed(scheme, tmp_path):
     np.testing.assert_array_equal(again.tension_top, expected.tension_top)
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks(tmp_path):

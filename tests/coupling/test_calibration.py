@@ -89,6 +89,7 @@ def test_offset_of_clocks(twin):
 AFLOAT = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2"}
 
 
+@pytest.mark.slow
 def test_accelerations_of_a_point():
     """A twin whose mast and centre of mass are other ones, from what swings at the top of the mast."""
     true = {"buoy.mass": 420.0, "buoy.center_of_mass": 1.3}

@@ -172,7 +172,7 @@ def in_groups(scene):
     return found
 
 
-@pytest.mark.parametrize("scheme", ["backward-euler", "bdf2"])
+@pytest.mark.parametrize("scheme", [pytest.param("backward-euler", marks=pytest.mark.slow), "bdf2"])
 def test_groups_of_lines_are_the_lines(scheme):
     """All that a scene may call for, with its lines on one mesh and on two; in waves, on the bed, grown, parted."""
     scene = EVERYTHING | {"time": EVERYTHING["time"] | {"scheme": scheme}}

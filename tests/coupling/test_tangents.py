@@ -111,7 +111,7 @@ def derivative(scene, parameter):
     return list(zip(steps, anew, strict=True)), np.array(rows)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [n if n != "network" else pytest.param(n, marks=pytest.mark.slow) for n in CASES])
 def test_as_central_differences(name):
     """Positions, orientations, momenta, tensions and forces, each relative to its largest derivative."""
     data, by = CASES[name]
@@ -209,6 +209,7 @@ def test_digits_at_rest(name, key, line, expected):
     assert found.d_tension_top.values[0, line] == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_periods():
     """The same modes of neighbours, a per cent apart; a heavier hull heaves slower."""
     found = dolfbuoy.sensitivities("short", ["buoy.mass"], what="modes")
@@ -225,6 +226,7 @@ def test_response():
     assert np.abs(found.d_rao.values[0] - (high - low) / 0.8).max() < 1e-3 * size
 
 
+@pytest.mark.slow
 def test_tornado_of_short_by_dimensions():
     """All masses, densities, stiffnesses and forces times a factor: forces too, and angles stay (Buckingham's Pi)."""
     changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "cable.elements": 8}

@@ -52,6 +52,7 @@ def test_m0_and_m2_are_exact_by_construction(seed):
     assert np.all(np.diff(found.frequency) > 0)
 
 
+@pytest.mark.slow
 def test_random_amplitudes_scatter_as_theory_says():
     """m0 of N components of equal energy and random amplitude: standard deviation 1/sqrt(N) of its mean."""
     energies = [components_of(Waves(**JONSWAP, seed=seed, amplitudes="random")).moment(0) for seed in range(400)]

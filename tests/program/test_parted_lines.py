@@ -79,6 +79,7 @@ def test_a_record_that_is_cut_back_forgets_what_came_later(tmp_path):
     np.testing.assert_array_equal(again.parted_at, simulate(load_scene(SCENE, time__end=0.12)).parted_at)
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks(tmp_path):
@@ -155,6 +156,7 @@ def test_a_page_holds_when_elements_parted(run):
     assert parted == {"2": pytest.approx(TIME), "7": pytest.approx(0.16)}
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 def test_the_replay_shows_a_gap(run, tmp_path):

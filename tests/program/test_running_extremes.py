@@ -149,6 +149,7 @@ def test_extremes_of_something_else_in_a_checkpoint(tmp_path, kept):
         dolfbuoy.simulate(resume=tmp_path, time__end=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks(tmp_path):

@@ -113,6 +113,7 @@ def test_check_says_it():
     assert "The equilibrium is above the breaking load of north.2." in report.warnings
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks(tmp_path):

@@ -142,6 +142,7 @@ def test_a_broken_off_run_leaves_a_readable_record(folder, how):
     assert np.isfinite(record.cable_position).all()
 
 
+@pytest.mark.slow
 def test_a_cold_start_of_several_processes(folder):
     """Two ranks and two processes beside them compile the same forms at once: every form once, the same results."""
     forms = folder / "cache" / compat.jit_cache().name

@@ -42,7 +42,7 @@ def test_errors_equal_those_of_another_code(table, material, strain, pairs):
                 assert math.isclose(found[name], row[key], rel_tol=1e-6, abs_tol=rounding), (mu, nu, row["N"], name)
 
 
-@pytest.mark.parametrize("figure", [2, 3, 4])
+@pytest.mark.parametrize("figure", [2, pytest.param(3, marks=pytest.mark.slow), 4])
 def test_orders_agree_with_theory(figure, tmp_path, monkeypatch):
     """Between 8, 16 and 32 elements; Neumann and Dirichlet ends."""
     monkeypatch.setattr(study, "draw", lambda *_: None)

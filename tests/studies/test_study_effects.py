@@ -81,6 +81,7 @@ def test_an_effect_that_cannot_be_left_out(monkeypatch):
     assert "without it" in study.notes([row], acc.quantities_of(scene), 0.01)[0]
 
 
+@pytest.mark.slow
 def test_study(tmp_path):
     """All files, both modes of every effect, operations that add up, and the verdict from the numbers."""
     scene = load_scene(merged(SCENE, external_force=None, current=None, buoy__normal_drag=0.0, buoy__axial_drag=0.0))
