@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 .venv/bin/python tests/benchmarks/bars.py [SCENE ...] [--turns 5]
 
 Seconds on the processor from the first step to the last, with all that is recorded; the rest are shares of those of the
-run: its companions, what the corrected trajectory adds, and both.  Each is the least of the turns.  `all` is how much
-more `simulate` takes with bars than without, set-up and files too: of a run that takes a quarter of a second the
+run: its companions, what the corrected trajectory adds, and both.  Each is the median of the turns, of shares of
+those of the same turn.  `all` is how much more `simulate` takes with bars than without, set-up and files too: of a run that takes a quarter of a second the
 second set-up, which does not grow with the run.
 """
 
@@ -80,16 +80,15 @@ def row(name, turns):
     record, _ = loop(plain)
     companions = [companion_of(scene), *(companion_around(scene, one) for one in events_of(scene, record))]
     follow = partial(Corrected, until=followed(scene)) if can_follow(scene) else None
-    least = np.full(5, math.inf)
+    found = []
     for _ in range(turns):
-        coarse = sum(loop(one, recorder=Unwritten)[1] for one in companions)
-        steps = loop(plain, follow)[1] if follow else math.inf
-        least = np.minimum(least, [loop(plain)[1], coarse, steps, whole(plain), whole(scene)])
-    seconds, coarse, steps, without, with_bars = least
-    coarse, steps = coarse / seconds, steps / seconds - 1 if follow else 0.0
+        seconds = loop(plain)[1]
+        coarse = sum(loop(one, recorder=Unwritten)[1] for one in companions) / seconds
+        steps = loop(plain, follow)[1] / seconds - 1 if follow else 0.0
+        found.append((seconds, coarse, steps, coarse + steps, whole(scene) / whole(plain) - 1))
+    seconds, *shares = np.median(found, axis=0)
     period = period_of(plain)
     periods = (plain.time.end - ramp_of(plain)) / period if period else math.nan
-    shares = coarse, steps, coarse + steps, with_bars / without - 1
     return [name, f"{periods:.3g}", f"{seconds:.3f}", *(f"{share:.2f}" for share in shares)]
 
 

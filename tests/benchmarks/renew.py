@@ -81,10 +81,10 @@ MADE = {
     "times": Made("", ("times.py --out {out}",), "times.md", ("times.png",)),
     "bars": Made(
         "What error bars cost",
-        ("bars.py --turns 5",),
+        ("bars.py --turns 9",),
         None,
         words="Seconds on the processor of the loop over all steps, and what companions and the part of the steps add, "
-        "over these; `all`: of the whole run, set-up and files too. Least of five turns.",
+        "over these; `all`: of the whole run, set-up and files too. Medians of nine turns, of shares of the same turn.",
     ),
     "sweep": Made(
         "A sweep",
