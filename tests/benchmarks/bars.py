@@ -3,9 +3,9 @@
     OMP_NUM_THREADS=1 .venv/bin/python tests/benchmarks/bars.py [SCENE ...] [--turns 5]
 
 Seconds on the processor from the first step to the last, with all that is recorded; the rest are shares of those of the
-run: its companions, what the corrected trajectory adds, and both.  Each is the median of the turns, of shares of
-those of the same turn.  `all` is how much more `simulate` takes with bars than without, set-up and files too: of a run that takes a quarter of a second the
-second set-up, which does not grow with the run.
+run: its companions, what the corrected trajectory adds, and both.  Each is the median of the turns, of shares of those
+of the same turn.  `all` is how much more `simulate` takes with bars than without, set-up and files too: of a run that
+takes a quarter of a second the second set-up, which does not grow with the run.
 """
 
 import argparse
