@@ -270,7 +270,7 @@ def _tried(scene, comm, pool):
     """The record of a run that is only compared with, or why it failed."""
     try:
         return _quietly(scene, comm, pool)
-    except (SolveError, NoResult) as error:
+    except SolveError as error:
         pool.clear()  # what broke off may have left a problem in any state
         return error
 

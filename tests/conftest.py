@@ -17,9 +17,8 @@ def call(monkeypatch, capsys):
         captured = capsys.readouterr()
         return stop.value.code or 0, captured.out, captured.err
 
-    monkeypatch.setattr(
-        sys.modules["__main__"], "__package__", None, raising=False
-    )  # else usage names `python -m pytest`
+    # else usage names `python -m pytest`
+    monkeypatch.setattr(sys.modules["__main__"], "__package__", None, raising=False)
     monkeypatch.setattr(cli.out, "width", 300)
     monkeypatch.setattr(cli.err, "width", 300)
     return run

@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from ..elsewhere import MPI
-from ..errors import InputError, NoResult, SolveError
+from ..errors import InputError, SolveError
 from ..parallel.ranks import bcast
 from ..results.quantities import QUANTITIES
 from ..results.sample import lasts
@@ -89,7 +89,7 @@ def _tried(run, scene, last):
     """The record of a run, or why it failed."""
     try:
         return run(scene, last)
-    except (SolveError, NoResult) as error:
+    except SolveError as error:
         return error
 
 

@@ -103,7 +103,7 @@ class Problem:
         self._wet_forms = [buoy.wet_hull_form() for buoy in self.buoys.values() if buoy.hull]
         equations, blocks = self.residuals(), self._blocks()
         kind = structure_of(scene, mesh=False), dynamic, comm.rank, comm.size, *sorted(driven)
-        self.system = System(parts, equations, blocks, numbering, tolerance, self.law, self._wet_forms, kind)
+        self.system = System(parts, equations, blocks, numbering, tolerance, self.law, self._wet_forms, kind=kind)
         for model in self.models:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack

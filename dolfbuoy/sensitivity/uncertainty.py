@@ -16,7 +16,7 @@ from ..accuracy.outputs import Output, outputs_of, unit_of_series
 from ..accuracy.target import USUAL, check_outputs
 from ..api import simulate
 from ..elsewhere import MPI
-from ..errors import InputError, NoResult, SolveError
+from ..errors import InputError, SolveError
 from ..parallel.cases import evaluate_all
 from ..results.folder import keep, make_ready
 from ..results.measured import window_start
@@ -144,7 +144,7 @@ def _evaluate(base: Scene, parameters: list[Parameter], case: dict[str, Any]) ->
         for p, x in zip(parameters, case["x"], strict=True):
             scene = p.scene_at(scene, x)
         record = simulate(scene, comm=MPI.COMM_SELF)
-    except (InputError, SolveError, NoResult) as error:
+    except (InputError, SolveError) as error:
         return {"failed": str(error)}
     found = outputs_of(record, window_start(scene))
     return {"outputs": [[*output, value] for output, value in found.items()]}

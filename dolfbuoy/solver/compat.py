@@ -180,16 +180,19 @@ _one_at_a_time = jit.one_at_a_time(dolfinx_jit.ffcx_jit.__wrapped__, _OPTIONS, j
 _OURS.append((dolfinx_jit, "ffcx_jit", dolfinx_jit.mpi_jit_decorator(_one_at_a_time)))
 
 
-#: Signatures of the forms of systems of a kind, by which FFCX finds what is compiled.
+#: Signatures of the forms of systems of a kind, by which FFCX finds what is compiled; of so many kinds, the latest.
 _SIGNATURES: dict[object, list[str]] = {}
+_MOST_KINDS = 256
 
 
 def sign(forms, kind):
     """Give forms the signatures of those of another system of this kind: to find them takes a quarter of a set-up."""
     read_by = [(len(form.integrals()), len(form.coefficients()), len(form.constants())) for form in forms]
-    known = _SIGNATURES.setdefault((kind, *read_by), [])
-    if not known:
-        known += [form.signature() for form in forms]
+    what = (kind, *read_by)
+    known = _SIGNATURES.pop(what, None) or [form.signature() for form in forms]
+    while len(_SIGNATURES) >= _MOST_KINDS:
+        del _SIGNATURES[next(iter(_SIGNATURES))]
+    _SIGNATURES[what] = known
     for form, signature in zip(forms, known, strict=True):
         form._signature = signature
 

@@ -34,7 +34,7 @@ class System:
     parts: this rank's parts.  residuals: list of (part, linear form).  blocks: cover all local unknowns.  numbering:
     a `Numbering`.  tolerance: of Newton's increments, relative to the typical sizes.  law: changes rows of residual and
     matrix after they have been assembled (`tension_only.TensionOnly`), or None.  noted: linear forms for `functional`.
-    kind: the same for systems of the same forms on other meshes, None if not known.
+    kind: the same for systems of the same forms on other meshes.
 
     `u` are the physical values of the local unknowns, and `hooks` what is called before every evaluation.
     """
@@ -48,7 +48,8 @@ class System:
         tolerance: float = 1e-9,
         law: "TensionOnly | None" = None,
         noted: Iterable[Any] = (),
-        kind: object = None,
+        *,
+        kind: object,
     ) -> None:
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
@@ -59,8 +60,7 @@ class System:
         for row, form in residuals:
             for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
                 wanted.append((ufl.derivative(form, parts[k].function, parts[k].trial), row, parts[k]))
-        if kind is not None:
-            compat.sign([form for form, *_ in wanted], kind)
+        compat.sign([form for form, *_ in wanted], kind)
         with jit.helped(self._compilation(wanted)):
             contributions = [Contribution(*one) for one in wanted]
             self.residuals, self.jacobians = contributions[: len(residuals)], contributions[len(residuals) :]

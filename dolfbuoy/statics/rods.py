@@ -88,7 +88,9 @@ def bend(network: Network, rest: Rest, poses: dict[str, Array], afloat: bool) ->
     for numbers in chains:
         given = network, [network.pieces[k] for k in numbers], [shapes[k] for k in numbers], poses
         tip, lies = _tip(network, numbers), rest.lying[numbers].any()
-        for loose in (None,) if tip is None else (None, tip) if afloat and not lies else (tip,):
+        tries: list[int | None] = [None] if tip is None or (afloat and not lies) else []
+        tries += [tip] if tip is not None else []
+        for loose in tries:
             with suppress(SolveError, np.linalg.LinAlgError):  # the cable's shape has to do
                 chain = _Chain(*given, loose, afloat)
                 bent = chain.bend()
@@ -295,14 +297,11 @@ class _Chain:
             first += len(s) - 1
 
 
-def _links(degree: int) -> int:
-    return LINKS_OF_DEGREE_2 if degree == 2 else LINKS
-
-
 def _ends_of_links(section: Any) -> Array:
     """Unstretched lengths at which the links of a piece end [m]; the nodes, Gauss and Lobatto's, are among them."""
     inner = np.polynomial.Legendre.basis(section.position_degree).deriv().roots()
-    within, links = (np.concatenate([[-1.0], inner]) + 1) / 2, _links(section.position_degree)
+    within = (np.concatenate([[-1.0], inner]) + 1) / 2
+    links = LINKS_OF_DEGREE_2 if section.position_degree == 2 else LINKS
     ends = cable_nodes(section.length, section.elements, section.grading)
     nodes = np.append(ends[:-1, None] + np.diff(ends)[:, None] * within, ends[-1])
     return np.interp(np.arange(links * (len(nodes) - 1) + 1) / links, np.arange(len(nodes)), nodes)

@@ -86,6 +86,7 @@ def test_on_a_soft_bed(name, per_metre):
     """A metre is 1.6 bending lengths of the lazy wave at its touchdown: what is local there takes half of it."""
     rest = at_rest(name, per_metre, grading=0.05)
     found = errors(name, rest)
+    assert rest.end_tension.values[0, 1] == pytest.approx(0.0, abs=1e-4)
     fine = name == "riser" or per_metre == 2
     limits = {"H": 5e-5, "V": 2e-5, "lifts": 2e-3 if fine else 1e-2, "deepest": 6e-4 if fine else 2e-3}
     for of, error in found.items():
