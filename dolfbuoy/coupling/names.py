@@ -51,7 +51,7 @@ def drivable(network: Network) -> list[str]:
 def holding_joints(scene: Scene, driven: Iterable[str], comm: Any) -> Scene:
     """The scene with its free joints that a caller drives held where they rest, without their bodies.
 
-    Raises InputError for a joint at which lines go on without a kink.
+    Raises InputError for a joint at which lines go on without a kink, or from which a take-off leads to what is held.
     """
     free = {joint.name: joint for joint in scene.joint or [] if joint.position is None}
     chosen = [name for name in driven if name in free]
@@ -60,6 +60,13 @@ def holding_joints(scene: Scene, driven: Iterable[str], comm: Any) -> Scene:
     for name in chosen:
         if free[name].weld:
             raise InputError(f"driven = {name!r}: lines go on there without a kink (weld), which would be lost.")
+    for key, device in scene.network.take_offs.items():
+        names = [end.name for end in device.ends]
+        if set(names) & set(chosen) and all(end.held or end.name in chosen for end in device.ends):
+            name = next(name for name in names if name in chosen)
+            raise InputError(
+                f"driven = {name!r}: both ends of {key} would be held; one of the two must be free to move."
+            )
     start = initial_state(scene, comm, Problem)
     problem = Problem(scene, dynamic=True, comm=comm)
     try:

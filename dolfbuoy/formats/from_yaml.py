@@ -149,7 +149,7 @@ class _Reader:
     @staticmethod
     def _used(vessel: dict[str, Any], named: set[str]) -> dict[str, Any]:
         """A vessel with those fairleads on which lines end."""
-        used = {own: at for own, at in vessel["fairleads"].items() if f"{vessel['name']}.{own}" in named}
+        used = {own: at for own, at in vessel.get("fairleads", {}).items() if f"{vessel['name']}.{own}" in named}
         return vessel | {"fairleads": used}
 
     def note(self, text: str) -> None:

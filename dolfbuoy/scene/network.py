@@ -281,7 +281,7 @@ class _Resolver:
         if bodies and bodies[-1] is not None:
             place = f"{self._key(name)}.segments.{len(bodies) - 1}.body"
             allowed = "goes with the upper end of a segment that another one follows: at the end of a cable a [[joint]]"
-            raise Wrong(place, bodies[-1].mass, f"{allowed} holds it")
+            raise Wrong(place, "[...]", f"{allowed} holds it")
         between = [f"{name}.{k}" for k in range(1, len(sections))]
         bends = [section.bending_stiffness > 0 for section in sections]
         self.welds |= {joint for joint, *both in zip(between, bends, bends[1:], strict=False) if all(both)}

@@ -82,7 +82,7 @@ def steady_wave(
     if abs(harmonics[-1]) > RESOLVED * wanted:
         last = abs(harmonics[-1]) / wanted
         raise InputError(
-            f"waves.order = {order}: too low for this wave; the last harmonic has {last:.1g} of its height, "
+            f"waves.order = {order}: too low for this wave; the last harmonic has {last:.2g} of its height, "
             f"{RESOLVED:g} is allowed."
         )
     return StreamWave(

@@ -187,6 +187,8 @@ def of_file(path: Path, folder: Path) -> list[str]:
     return []
 
 
+#: A number below is what rounding leaves.
+NOISE = 1e-9
 #: A number in a text.
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\d)", re.I)
 
@@ -195,14 +197,15 @@ def difference(recorded: str, found: str, exact: bool = True) -> str | None:
     """What two lines differ in; None if in no more than rounding.
 
     A number of several behind a "~" may differ by 2e-5 of the largest of them, up to the next "~"; one in a text by a
-    unit of its last digit (an integer: by nothing, unless not `exact`).
+    unit of its last digit, that of the finer one.  Integers and numbers of one digit, such as limits, differ by
+    nothing, unless not `exact`; noise by itself.
     """
     if recorded == found:
         return None
     if NUMBER.sub("#", recorded) != NUMBER.sub("#", found):
         return "other words"
     words, *arrays = [NUMBER.findall(part) for part in recorded.split("~")]
-    allowed = [max(_unit(a, exact), _unit(b, exact)) for a, b in zip(words, NUMBER.findall(found), strict=False)]
+    allowed = [_allowed(a, b, exact) for a, b in zip(words, NUMBER.findall(found), strict=False)]
     for array in arrays:
         allowed += [2e-5 * max(abs(float(x)) for x in array) + 1e-12 for _ in array]
     for a, b, most in zip(NUMBER.findall(recorded), NUMBER.findall(found), allowed, strict=True):
@@ -211,9 +214,19 @@ def difference(recorded: str, found: str, exact: bool = True) -> str | None:
     return None
 
 
-def _unit(text: str, exact: bool) -> float:
-    """Unit of the last digit of a number."""
+def _allowed(recorded: str, found: str, exact: bool) -> float:
+    """Difference between two numbers of a text that is rounding."""
+    units, size = [_unit(text) for text in (recorded, found)], max(abs(float(recorded)), abs(float(found)))
+    if not exact:
+        return max(unit or 1.0 for unit in units)
+    if all(len(re.sub(r"e.*|[-+.]", "", text.lower()).lstrip("0")) < 2 for text in (recorded, found)):
+        return size if size < NOISE else 0.0
+    return min(filter(None, units), default=0.0)
+
+
+def _unit(text: str) -> float:
+    """Unit of the last digit of a number; 0 for an integer."""
     digits, _, exponent = text.lower().partition("e")
     if "." not in digits and not exponent:
-        return 0.0 if exact else 1.0
+        return 0.0
     return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))

@@ -40,6 +40,12 @@ def differences(recorded, found):
     [
         ("a 1.234 kN", "a 1.235 kN", False),
         ("a 1.234 kN", "a 1.236 kN", True),
+        ("a 1.2 kN", "a 1.21 kN", False),
+        ("a 1.2 kN", "a 1.25 kN", True),
+        ("at most 1e+07", "at most 1.5e+07", True),
+        ("at most 1e+07", "at most 2e+07", True),
+        ("at least 0.1", "at least 0.2", True),
+        ("a residual of 3e-16", "a residual of 7e-17", False),
         ("a 7 steps", "a 8 steps", True),
         ("a 7 steps", "b 7 steps", True),
         ("x [3] ~ 1.00000e+00 2.00000e+02 3.0", "x [3] ~ 1.00300e+00 2.00000e+02 3.0", False),

@@ -27,7 +27,13 @@ CHANGES = {
         ("ID Attachment X Y Z Mass", "ID Attachment X Y Depth Mass"),
         ("(-) (m) (kg/m) (N) (N-s/-)", "(-) (ft) (kg/m) (N) (N-s/-)"), ("2 rope 3 2 123", "2 rope 3 2 -"),
         ("1 Body5 0|0|50", "1 Body5 3|0|50"), ("0|0|50 0|0|0 0|0|0 G", "0|0|50 0|0|0 0|0|0 L"),
-        ("8 Turbine3 1 1 -4", "8 Vessel3 1 1 -4"), ("7 8 9", "7"),
+        ("8 Turbine3 1 1 -4", "8 Vessel3 1 1 -4"), ("7 8 9", "7"), ("7 strange", "0.002 dtM"),
+        ("7 strange", "0.0010 dtM"),
+        ("1 soft 1 3 221 21 -", "1 soft 1 3"), ("2 rope 3 2 123 13 -", "2 rope 3 2 123 13 - 4"),
+        ("1 soft 1 3 221 21", "1 soft R9A 3 221 21"), ("1 soft 1 3 221 21", "1 soft R1C 3 221 21"),
+        ("9 stiff 1 R3B", "9 stiff 1 3"),
+        ("TypeName Diam Mass/m Cd Ca CdEnd CaEnd", "TypeName Diam Mass/m Cd Ca Cd CaEnd"),
+        ("TypeName Diam Mass/m Cd Ca", "TypeName Mass/m Ca Cd Diameter"), ("1 float Body5", "1 flood Body5"),
     ],
     ("moordyn", "dry.dat"): [
         ("0 WtrDnsty", "1025 WtrDnsty"), ("1 1 -10 0 20", "1 1 -10 0 -20"), ("3 0 0 0 22", "3 0 0 0 10"),
@@ -38,9 +44,17 @@ CHANGES = {
         ("float 1.3 310", "float 1.3 1400"), ("8 steel Pinned", "8 steel Coupled"),
         ("0 0 0 0 0 0 0 0 0\n2", "0 0 0 90 0 0 0 0 0\n2"), ("1 Free 1 2 -1 0 0 0 0 0", "1 Free 1 2 -9 0 0 0 700 0"),
         ("2 Vessel 30 2 -1 0 0 90", "2 Vessel 30 2 -1 10 0 90"), ("6 steel Body2Pinned", "6 steel CoupledPinned"),
+        ("4 rope R4B 1 75", "4 rope 1 2 75"), ("2 float Body1 4 0 -3 4 0 2", "2 float Body1 6 0 -3 6 0 2"),
+        ("float 1.3 310", "float 1.3 0"),
+        ("steel 0.3 301 0.8 0.95 1.1 0.9\nfloat 1.3 310", "steel 0.3 0 1 1 1 1\nfloat 1.3 0"),
     ],
     ("raft", "raft.yaml"): [
-        ("mooring:", "mooring:\n  file: other.dat"), ("name: a design", "name: *a"), ("name: a design", "name: ["),
+        ("mooring:", "mooring:\n  file: other.dat"), ("name: a design", "name: *a"), ("name: clump", "name: ship"),
+        ("{name: ship, type: vessel, location: [1, 2, -15]}", "ship"),
+        ("water_depth: 310, rho_water: 1011, g: 9.79}\nmooring:\n  water_depth: 202", "rho_water: 1011}\nmooring:"),
+        ("water_depth: 310, rho_water: 1011, g: 9.79}\nmooring:\n  water_depth: 202\n"
+         "  points:\n    - {name: foot 1, type: fixed",
+         "rho_water: 1011}\nmooring:\n  points:\n    - {name: foot 1, type: vessel"), ("name: a design", "name: ["),
         ("points:", "places:"), ("rho_water: 1011", "rho_water: 0"), ("g: 9.79", "g: 0"), ("g: 9.79", "g: true"),
         ("water_depth: 202", "water_depth: 100"), ("  water_depth: 202\n", "  cost: 3\n"),
         ("type: fixed", "type: hung"), ("[-250, 11, -200.5]", "[-250, 11]"),
@@ -52,7 +66,8 @@ CHANGES = {
         ("site: {", "wind: 3\nsite: {depth_max: 3, "), ("{water_depth: 310, rho_water: 1011, g: 9.79}", "{}"),
     ],
     ("wisdem", "wisdem.yaml"): [
-        ("nodes:", "knots:"), ("joint: pontoon", "joint: pool"), ("grid: 0.25", "grid: half"),
+        ("nodes:", "knots:"), ("joint: pontoon", "joint: pool"), ("joint: pontoon", "joint: pontoon, colour: red"),
+        ("grid: 0.25", "grid: half"),
         ("[1.0, 2.0, -21.0]", "[1.0, 2.0]"), ("mass_density: 285.0, ", ""), ("stiffness: 1.1e9, ", ""),
         ("name: low", "line_id: low"), ("name: a1,", ""), ("tower: {}", "tower: {}\n  hub: {}"),
         ("joint1: keel", "joint1: kiel"), ("cylindrical: true", "cylindrical: false"),
@@ -70,6 +85,8 @@ CHANGES = {
         ("{m: 141.0, v: 0.13}", "{m: heavy}"),
         ("sections: [{type: poly, length: 81.0}, {connectorType: clump}, {type: poly, length: 690.0}]", "sections: []"),
         ("{type: poly, length: 690.0}]", "{connectorType: clump}]"), ("type: array of two", "substation: 3"),
+        ("ms1, 10.0, 20.0, 90", "0, 10.0, 20.0, 90"),
+        ("[[shared, fowt1, f2, 0], [taut, anch1, f2, 0]]", "[]"),
         ("water_depth: 210.0", "depth: 210.0"),
         ("platform: {rFair: 41.0, zFair: -16.0}", "platforms: [{rFair: 43.0, zFair: -17.0}, {rFair: 3.0, zFair: 2.0}]"),
     ],
@@ -131,6 +148,10 @@ WATER = [
     ("SEASTATE WaterKin", {}),
     ("floor.txt SeafloorFile", {"floor.txt": FLOOR.replace("-4", "-24").replace("-3", "-23")}),
     ("floor.txt SeafloorFile", {"floor.txt": "1 2\n"}),
+    ("floor.txt SeafloorFile", {"floor.txt": FLOOR.replace("3 2", "2 3", 1)}),
+    ("floor.txt SeafloorFile", {"floor.txt": FLOOR + " " * 50_000_001}),
+    ("2 WaveKin", {"wave_frequencies.txt": "no numbers\n"}),
+    ("2 WaveKin", {"wave_frequencies.txt": "0 0 0\n1 2\n2 3 4 5\n"}),
     ("floor.txt SeafloorFile", {}),
 ]
 
@@ -172,6 +193,7 @@ def told():
             files.read(kind, INPUTS / "raft.yaml", columns)
         except InputError as error:
             print(error)
+    print(*taken("map", (INPUTS / "map.txt").read_text(), None)[0], sep="\n")
     for text in ("[" * 5000, "a: *b", "a: 1\nb: [2"):
         try:
             from_yaml.read_yaml(text)

@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import tomli_w
@@ -20,6 +21,7 @@ from dolfbuoy.results.runs import Run, runs_of
 from dolfbuoy.results.sample import Fatigue
 from dolfbuoy.results.statistics import gumbels
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
+from dolfbuoy.statics.equilibrium import _check_determined
 from dolfbuoy.statics.first_shape import check_first_shape
 from dolfbuoy.statics.righting import righting_curve
 
@@ -201,6 +203,95 @@ SCENES = [
     (WATER | {"cable": [LINE, LINE | {"name": None, "length": -1.0}]}, {}),
     (WATER | {"cable": [LINE, LINE | {"name": "b", "length": -1.0}]}, {}),
     ("chain-on-bed", {"anchor": {"nowhere": {"holding_capacity": 1e5}, "cable.from": {"holding_capacity": 1e5}}}),
+    # of networks, and of what starts them
+    ("three-legs", {"anchor": [{"at": "nowhere", "holding_capacity": 1e5}]}),
+    ("three-legs", {"anchor": [{"at": "cable.east.from", "holding_capacity": 1e5}]}),
+    (
+        "driven",
+        {"cable.top.motion": [[0, 0, 0, 0], [1, 1e4, 0, 0]], "cable.top.amplitude": None, "cable.top.period": None},
+    ),
+    ("driven", {"cable.top.amplitude": [0.0, 0.0, 900.0], "cable.top.period": 0.1}),
+    ("driven", {"cable.breaking_load": 1e5, "fatigue": {"curve": "API six-strand", "spacing": 1e-4}}),
+    ("driven", {"cable.breaking_load": 1e5, "fatigue": {"curve": "API studless", "corrosion": 1e-3}}),
+    ("driven", {"library": "/"}),
+    ("driven", {"take_off": [{"from": [0, 0, 0], "to": [0, 0, 9], "stiffness": 1e3, "length": 1.0}]}),
+    ("driven", {"cable.top": None, "cable.to": 5}),
+    ("driven", {"cable.name": "1 x"}),
+    ("driven", {"cable.top": {"kind": "free"}, "initial.kind": "straight"}),
+    (AFLOAT | {"buoy": [HULL, HULL | {"name": None}]}, {}),
+    (AFLOAT | {"buoy": [HULL, HULL | {"name": "c"}], "external_force": {"force": [1.0, 0.0, 0.0]}}, {}),
+    (AFLOAT | {"buoy": [HULL | {"hull": None, "added_mass": "spar", "inertia": [1.0, 1.0]}]}, {}),
+    (
+        AFLOAT
+        | {
+            "buoy": [
+                HULL | {"added_mass": "spar", "hull": [[0.0, 1.0], [1.0, 1.0], [1.1, 0.0], [2.0, 0.0], [2.1, 1.0]]}
+            ]
+        },
+        {},
+    ),
+    (
+        WATER
+        | {
+            "vessel": [SHIP],
+            "cable": [STIFF | {"to": "ship.bow", "to_end": {"motion": [[0, 0, 0, 1], [1, 0, 0.1, 1]]}}],
+        },
+        {},
+    ),
+    (
+        WATER
+        | {
+            "cable": [
+                LINE
+                | {"to": [5.0, 0, 0], "length": None, "elements": None}
+                | {"segments": [{"length": 9.0, "elements": 2}, {"length": 30.0, "elements": 2, "body": {"mass": 3.0}}]}
+            ]
+        },
+        {},
+    ),
+    (
+        WATER
+        | {"cable": [STIFF | {"to": "float"}, STIFF | OFF | {"name": "c", "to": [9, 0, -9], "bending_damping": 0.1}]}
+        | {"joint": [{"name": "float", "weld": True}]},
+        {},
+    ),
+    (WATER | {"vessel": [SHIP | {"motion": [[0] * 7, [0] * 7]}]}, {}),
+    *(
+        (
+            AFLOAT
+            | {"buoy": [HULL, HULL | {"name": "c"}], "cable": [LINE | {"to": "b"}, LINE | {"name": "d", "to": "c"}]},
+            change,
+        )
+        for change in (
+            {"initial": {"kind": "polyline", "points": [[0, 0, -20], [0, 0, -2]]}},
+            {"initial": {"kind": "straight"}},
+        )
+    ),
+    *(
+        (
+            WATER
+            | {
+                "cable": [LINE | {"to": "Y"}, LINE | {"name": "d", "from": [9, 0, -20], "to": "Y"}],
+                "joint": [{"name": "Y"}],
+            },
+            {"initial": start},
+        )
+        for start in (
+            {"kind": "straight"},
+            {"kind": "polyline", "points": [[0, 0, -20], [0, 0, -2]]},
+            {"kind": "polyline", "points": {"a": [[0, 0, -20], [4, 0, -2]]}},
+            {"kind": "polyline", "points": {"a": [[0, 0, -20], [4, 0, -2]], "d": [[9, 0, -20], [3, 0, -2]]}},
+            {"kind": "polyline", "points": {"a": [[0, 0, -20], [0, 0, -20]], "d": [[9, 0, -20], [0, 0, -20]]}},
+        )
+    ),
+    (
+        WATER | {"cable": [LINE | {"to": [3, 0, -4]}]},
+        {"initial": {"kind": "polyline", "points": [[0, 0, -20], [3, 0, -5]]}},
+    ),
+    (
+        WATER | {"cable": [LINE | {"axial_stiffness": float("inf"), "to": [3, 0, -4]}]},
+        {"initial": {"kind": "straight"}},
+    ),
 ]
 
 
@@ -209,6 +300,11 @@ def looked_at(scene, changes):
     found = load_scene(scene, **changes)
     check_feasible(found)
     check_first_shape(found)
+
+
+def determined(scene):
+    """Whether anything determines the equilibrium of a scene."""
+    _check_determined(SimpleNamespace(scene=scene, network=scene.network))
 
 
 def table(text):
@@ -230,6 +326,20 @@ def named(**keys):
 
 
 refused(*(partial(looked_at, *case) for case in SCENES))
+UNDETERMINED = WATER | {"cable": [LINE | {"axial_stiffness": float("inf"), "to": [0.0, 0.0, 0.0]}]}
+THROUGH = {"cable": [LINE | {"to": "Y"}, LINE | {"name": "d", "from": [40.0, 0.0, -20.0], "to": "Y"}]}
+THROUGH["cable"] = [line | {"axial_stiffness": float("inf")} for line in THROUGH["cable"]]
+refused(
+    *(
+        partial(determined, load_scene(scene))
+        for scene in (
+            UNDETERMINED,
+            UNDETERMINED | {"cable": [UNDETERMINED["cable"][0] | {"length": 20.001}]},
+            WATER | THROUGH | {"joint": [{"name": "Y"}]},
+            MOORED | {"gravity": 0.0},
+        )
+    )
+)
 DEEP = {"x": ("x", [0.0, 1.0]), "y": ("y", [0.0, 1.0])}
 TIMES = {"time": ("time", [0.0, 1.0], {"units": "weeks"}), "depth": ("depth", [0.0, 9.0])}
 FLOW = (("time", "depth"), [[0.1, 0.2], [0.3, 0.4]])
