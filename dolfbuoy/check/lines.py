@@ -159,7 +159,7 @@ def _forces(problem: Problem, report: "Report", cable: int) -> None:
     of, to = ("", "") if alone else (f" of {name}", f" to {name}")
     report.add(f"equilibrium: tension{of} at {high}", float(np.linalg.norm(pulls[1])), "N")
     report.add(f"equilibrium: force{of} at {low}", float(np.linalg.norm(pulls[0])), "N")
-    report.add(f"equilibrium: uplift{of} at {low}", -pulls[0][2], "N", "the part that pulls it up")
+    report.add(f"equilibrium: uplift{of} at {low}", 0.0 - pulls[0][2], "N", "the part that pulls it up")
     held = zip(pulls, (network.first_of(cable), network.last_of(cable)), strict=True)
     said = [_stretched(float(np.linalg.norm(pull)), network.pieces[k].section.axial_stiffness, of) for pull, k in held]
     report.warn(any(said), max(said, key=len))
@@ -241,12 +241,12 @@ def _hanging(problem: Problem, report: "Report", cable: int, depth: float) -> No
     buoys = [end.name for end in ends if end.kind == "buoy"]
     on_buoys = [end.name for piece in network.pieces for end in piece.ends if end.kind == "buoy"]
     slack = length - abs(tops[0].position[2]) if tops and buoys and on_buoys.count(buoys[0]) == 1 else 0.0
-    hangs = below > 1e-6 * length
+    hangs, sinks = below > 1e-6 * length, any(lines.weight_of(k) > 0 for k in network.pieces_of(cable))
     report.warn(
         hangs, f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it."
     )
     report.warn(
-        slack > 0 and not hangs,
+        slack > 0 and sinks and not hangs,
         f"The cable is {slack:.3g} m longer than the water is deep: without load it hangs below its anchor.",
     )
 

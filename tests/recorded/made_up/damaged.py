@@ -60,8 +60,9 @@ def of_potential_flow():
         partial(load_scene, scene, **{"buoy.potential_flow.omega": table["omega"][::-1]}),
         partial(load_scene, scene, **{"buoy.potential_flow.damping": table["damping"][:-1]}),
         partial(load_scene, scene, **{"buoy.potential_flow": "words.toml"}),
-        partial(load_scene, scene, gravity=0.0),
-        partial(load_scene, scene, waves={"theory": "stream", "height": 0.3, "wavelength": 30.0}),
+        partial(load_scene, scene, gravity=0.0, waves=None),
+        partial(load_scene, scene | {"waves": {"theory": "stream", "height": 0.3, "wavelength": 30.0, "order": 9}}),
+        partial(load_scene, scene, **{"buoy.drift": "newman", "buoy.potential_flow.mean_drift": None}),
         partial(load_scene, scene, **{"buoy.memory_order": 21}),
     )
     omega = np.linspace(0.5, 3.0, 9)

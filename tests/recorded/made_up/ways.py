@@ -13,10 +13,12 @@ line = MOORED["cable"]
 free = line | {"top": {"kind": "free", "force": [2000.0, 0.0, 12000.0]}}
 fixed = line | {"top": {"kind": "fixed", "position": [12.0, 1.0, -3.5]}}
 folded = fixed | {"slack": "tension-only"}
-for name, cable in {"free": free, "fixed": fixed, "folded": folded}.items():
+taut = line | {"top": {"kind": "fixed", "position": [15.0, 1.0, 0.0]}}
+for name, cable in {"free": free, "fixed": fixed, "folded": folded, "taut": taut}.items():
     scene = load_scene({"sea": {"depth": 20.0}, "current": {"speed": 0.8}, "cable": cable})
     problem = Problem(scene, dynamic=False, comm=MPI.COMM_SELF)
     problem.set_time(0.0)
+    print(f"{name}: forces are measured by {problem.typical_force:.6g} N")
     for way in (way for way in WAYS if way.suits(problem)):
         problem.iterations = 0
         closed_form(problem).put()
