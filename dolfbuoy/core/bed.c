@@ -4,13 +4,8 @@
 
 #include <math.h>
 
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Value at a point of a cell, of values at nodes. */
-static void value_at(const on_cells *C, const double *values, int cell, int point, double *x)
+void value_at(const on_cells *C, const double *values, int cell, int point, double *x)
 {
     const double *weight = C->basis + point * C->nodes;
     const int *place = C->dofs + 3 * cell * C->nodes;
@@ -73,11 +68,37 @@ static void bridge(const lying *L)
     }
 }
 
+/* Values at two points, a stride apart: rise between them, and what a parabola through the end of their cell that is farther
+ * away, as a line that bends leaves the bed in one, has of x (x - 1) a share x of the way. */
+static void parabola(const lying *L, int k, const double *values, int stride, double *rise, double *curve)
+{
+    const int points = L->at.points, i = k % points, third = 2 * (i + 1) > points ? -i : points - 1 - i;
+    const double *s = L->s + k, step = s[1] - s[0], *y = values + stride * k;
+    *rise = y[stride] - y[0], *curve = 0;
+    if (L->at.nodes > 2 && i < points - 1 && step > 0) {
+        const double x = (s[third] - s[0]) / step;
+        *curve = (y[third * stride] - y[0] - x * *rise) / (x * (x - 1));
+    }
+}
+
 static void point_on(const lying *L, int k, double x, double *s, double *place)
 {
+    double rise, curve;
     *s = (1 - x) * L->s[k] + x * L->s[k + 1] - L->begin;
-    for (int i = 0; i < 3; ++i)
-        place[i] = (1 - x) * L->places[3 * k + i] + x * L->places[3 * (k + 1) + i];
+    for (int i = 0; i < 3; ++i) {
+        parabola(L, k, L->places + i, 3, &rise, &curve);
+        place[i] = L->places[3 * k + i] + x * (rise + (x - 1) * curve);
+    }
+}
+
+/* Share of the way between two points at which the gap is 0, which it differs in sign at. */
+static double crossing(const lying *L, int k)
+{
+    double rise, curve;
+    parabola(L, k, L->gaps, 1, &rise, &curve);
+    const double gap = L->gaps[k], b = rise - curve;
+    const double q = -(b + copysign(sqrt(fmax(b * b - 4 * curve * gap, 0)), b)) / 2, near = gap / q;
+    return curve == 0 ? -gap / rise : near >= 0 && near <= 1 ? near : fmin(fmax(q / curve, 0), 1);
 }
 
 void find_lying(const void *context)
@@ -96,9 +117,8 @@ void find_lying(const void *context)
         lowest = fmin(lowest, gap[k]);
     out[SAG] = fmax(-lowest, 0);
     for (int k = 0; k + 1 < L->at.cells * L->at.points; ++k) {
-        const double lower = fmin(gap[k], gap[k + 1]), upper = fmax(gap[k], gap[k + 1]);
-        const bool all = L->bridged[k] || upper <= 0;
-        const double share = all ? 1 : fmax(-lower, 0) / fmax(upper - lower, 1e-300);  /* a linear gap is negative there */
+        const bool all = L->bridged[k] || (gap[k] <= 0 && gap[k + 1] <= 0), none = gap[k] >= 0 && gap[k + 1] >= 0;
+        const double share = all ? 1 : none ? 0 : gap[k] < 0 ? crossing(L, k) : 1 - crossing(L, k);  /* that lies */
         if (share > 0) {
             out[LENGTH] += share * (L->s[k + 1] - L->s[k]);
             if (first < 0)

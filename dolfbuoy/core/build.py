@@ -16,7 +16,7 @@ from typing import NamedTuple
 from ..errors import InputError
 
 FOLDER = Path(__file__).parent
-SOURCES = "loop.c", "newton.c", "step.c", "waves.c", "sample.c", "hull.c", "radiation.c", "bed.c"
+SOURCES = "loop.c", "newton.c", "step.c", "waves.c", "sample.c", "hull.c", "radiation.c", "bed.c", "bend.c"
 #: Square roots that need not set errno and comparisons that need not trap; results stay IEEE.
 OPTIMISED = ("-O3", "-g0", "-fno-math-errno", "-fno-trapping-math")
 #: No fused multiply-add: sums are those of NumPy to the last bit.

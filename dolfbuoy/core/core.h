@@ -458,8 +458,25 @@ void drag_along(const void *context);
 void find_lying(const void *context);
 void sum_lying(const void *context);
 
+/* -- bend.c: lines that bend ---------------------------------------------------------------------------------------------- */
+
+typedef struct {                /* vertices between cells, each with one of its two cells */
+    on_cells m, slope;          /* m and r' (of the reference cell) at the points of the quadrature */
+    const double *u, *weights, *size_per_EI;    /* length of a cell over its bending stiffness */
+    const int *vertex, *row;    /* node of the cell, place among the sizes */
+    double *sizes;
+} vertices;
+
+void size_moments(const void *context);
+
 /* To here. */
 
+static inline double dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+void value_at(const on_cells *C, const double *values, int cell, int point, double *x);
 void axis_of(const double *quaternion, double *d);
 void surface_at(const kinematics *K, double x, double y, double radius, bool averaged, double *out);
 int serial_of(const kinematics *K);

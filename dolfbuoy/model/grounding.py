@@ -52,21 +52,23 @@ class Points:
             order = np.argsort(xi)
             xi, self.presses = xi[order], order >= len(nodes)
         self.s, self.line = first + xi * size, lines.line_of_cell
-        power = np.arange(ends.shape[1])
-        self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
+        power, coefficients = np.arange(ends.shape[1]), np.linalg.inv(nodes[:, None] ** np.arange(ends.shape[1]))
+        self._basis = xi[:, None] ** power @ coefficients
+        self._slopes = power[1:] * xi[:, None] ** power[:-1] @ coefficients[1:]
 
     def of(self, values: np.ndarray) -> np.ndarray:
         """Values at the points of all cells, shape (cells, points, 3), of values (n, 3)."""
         return self._basis @ values[self.nodes]
 
-    def in_c(self, dofs: np.ndarray) -> dict[str, Any]:
-        """The same for the core; dofs: places of the values at the nodes of cells, (cells, nodes, 3)."""
+    def in_c(self, dofs: np.ndarray, slopes: bool = False) -> dict[str, Any]:
+        """The same for the core; dofs: places of the values at the nodes of cells, (cells, nodes, 3).  slopes: of the
+        derivatives on the reference cell."""
         cells, nodes, _ = dofs.shape
         return {
             "cells": cells,
             "points": len(self._basis),
             "nodes": nodes,
-            "basis": self._basis,
+            "basis": self._slopes if slopes else self._basis,
             "dofs": np.ascontiguousarray(dofs, dtype=np.int32),
         }
 
@@ -138,7 +140,8 @@ class Seabed(Bed):
         """Grounded length of a line, on every rank.
 
         All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
-        what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
+        what rises there is the element's wave, not the line.  Elsewhere the gap is a parabola from sounding to
+        sounding, of lines of degree 1 linear.
         """
         row = np.zeros(GroundedLength.SIZE)
         self.lying(u, row, line)()
@@ -154,7 +157,7 @@ class Seabed(Bed):
 
     def _judge(self, s, line, out, given):
         """Function of `lying`; s: (cells, points).  given: u and dofs, or gaps and places."""
-        dofs = given.pop("dofs", np.zeros((len(s), 0, 3)))
+        dofs = given.pop("dofs", np.zeros((len(s), self.soundings.nodes.shape[1], 3)))
         fields = {
             "at": self.soundings.in_c(dofs),
             "plane": self._plane(),

@@ -9,22 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..elsewhere import MPI
+from ..model.moments import Moments
 from ..parallel.ranks import allreduce
+from ..solver.vector_ops import together
 
 if TYPE_CHECKING:
     from ..model.problem import Problem
 
 
-def places_of_moments(problem: Problem) -> NDArray[Any]:
-    """Places of m of this rank's nodes among the unknowns (n, 3); -1 in lines that do not bend."""
-    lines: Any = problem.lines
-    return np.asarray(lines.moments(np.arange(1.0, len(problem.system.u) + 1))[: lines.owned_nodes] - 1, dtype=int)
-
-
 class Bending:
     """Bending of the cables of a Problem.
 
-    values (cable, 3), as of the last `note`: |m| at s = 0 and s = L [N m], largest curvature [1/m].  utilisation
+    values (cable, 3), as of the last `note`: moments at s = 0 and s = L [N m], largest curvature [1/m].  utilisation
     (cable,): largest product of a curvature and the `minimum_bend_radius` there, 0 without one; limited: whether any
     line has one.
     """
@@ -46,6 +42,8 @@ class Bending:
         self._cables, self._begins = np.unique(cable[self._by_cable], return_index=True)
         s = lines.node_s[owned]
         order = np.lexsort((s, lines.line_of_node[owned]))
+        moments = Moments(problem)
+        self._bent, self._moments, self._measure = moments.bent, moments.sizes, together(*moments.works)
         self._ends = []  #: (cable, column, node) of the ends that this rank owns
         for cable in range(len(network.cables)):
             for column, (k, end) in enumerate(((network.first_of(cable), 0), (network.last_of(cable), 1))):
@@ -54,9 +52,11 @@ class Bending:
                     self._ends.append((cable, column, mine[-end]))
 
     def _sizes(self) -> NDArray[Any]:
-        """|m| in the nodes of this rank [N m]."""
-        lines: Any = self.problem.lines
-        return np.asarray(np.linalg.norm(lines.moments(self.problem.system.u)[: len(self._by_cable)], axis=1))
+        """Moments in the nodes of this rank [N m]."""
+        self._measure()
+        found = np.zeros(len(self._bent))
+        found[self._bent] = self._moments
+        return found
 
     def curvatures(self) -> NDArray[Any]:
         """Curvature in the nodes of this rank [1/m]."""

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError
+from ..model.moments import Moments
 from ..scene.network import Network
 from ..scene.settings import ramp_of
-from ..solver.vector_ops import lengths, smallest, together, widening
+from ..solver.vector_ops import smallest, together, widening
 from .after_ramp import AFTER, after_ramp
-from .bending import Bending, places_of_moments
+from .bending import Bending
 from .series import mean_over_time
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 class Extremes:
     """Least and largest value of every unknown of the lines of a Problem, of all instants that were noted.
 
-    kept: (until the ramp ends, from there on) x (least, largest) x unknowns of this rank, and of lines that bend |m| in
-    every node after them; +-inf while there is none.
+    kept: (until the ramp ends, from there on) x (least, largest) x unknowns of this rank, and of lines that bend the
+    moment in every node after them; +-inf while there is none.
     The tension of an element is that at its nodes of T, both its ends among them: of degree 0 it is constant on it.
     """
 
@@ -40,13 +41,13 @@ class Extremes:
         unknowns = problem.system.u[part.slice if part else slice(0)]
         self._ramp = ramp_of(problem.scene) * AFTER
         bends = problem.network.bends
-        places = places_of_moments(problem) if bends else np.zeros((0, 3), dtype=int)
-        self._bent, n = places[:, 0] >= 0, len(unknowns)
+        moments, n = Moments(problem) if bends else None, len(unknowns)
+        self._bent = moments.bent if moments else np.zeros(0, bool)
+        sizes = moments.sizes if moments else np.zeros(0)
         self._per_moment = Bending(problem).per_moment if bends else np.zeros(0)
-        sizes = np.zeros(self._bent.sum())
         self.kept = np.empty((2, 2, n + len(sizes)))
         self.kept[:, 0], self.kept[:, 1] = np.inf, -np.inf
-        measure = [lengths(problem.system.u, places[self._bent], sizes)] if bends else []
+        measure = moments.works if moments else []
         self._until, self._after = (
             together(widening(unknowns, *rows[:, :n]), *measure, widening(sizes, *rows[:, n:])) for rows in self.kept
         )
