@@ -19,7 +19,7 @@ for name, cable in {"free": free, "fixed": fixed, "folded": folded, "taut": taut
     problem = Problem(scene, dynamic=False, comm=MPI.COMM_SELF)
     problem.set_time(0.0)
     print(f"{name}: forces are measured by {problem.typical_force:.6g} N")
-    for way in (way for way in WAYS if way.suits(problem)):
+    for way in (way for way in WAYS if way.suits(problem) and (name != "taut" or way.name == "newton")):
         problem.iterations = 0
         closed_form(problem).put()
         try:
