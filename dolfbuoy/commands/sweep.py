@@ -157,7 +157,7 @@ def _show_status(found: dict[str, Any], folder: Path, part: Any) -> None:
     left = found["missing"] * found["seconds"] / 3600
     begun = f"{found['begun']} of the sweep have begun; " if found["begun"] else ""
     rest = f"about {rounded(left)} h of one core" if found["done"] and found["missing"] else ""
-    remarks = {"cases": "", "done": f"{found['seconds']:.3g} s each" if found["done"] else ""}
+    remarks = {"cases": "", "done": f"{rounded(found['seconds'], 3)} s each" if found["done"] else ""}
     remarks |= {"failed": "run again with --retry failed" if found["failed"] else "", "missing": f"{begun}{rest}"}
     rows = [("all" if name == "cases" else name, str(found[name]), remark) for name, remark in remarks.items()]
     cli.print_table(f"{folder}{f', {part}' if part else ''}", ("cases", "number", "remark"), rows)
