@@ -14,6 +14,8 @@ from told import MOORED, SHIP, refused
 import dolfbuoy
 from dolfbuoy import InputError, SolveError, load_scene, roots
 from dolfbuoy.coupling import Session, saved
+from dolfbuoy.formats import to_moordyn
+from dolfbuoy.scene import settings
 from dolfbuoy.sensitivity import calibration, derivatives, parameters
 from dolfbuoy.sensitivity.uncertainty import _of, uncertain_of, uncertainty
 from dolfbuoy.solver import instructions
@@ -145,9 +147,57 @@ def of_linear_answers():
         refused(instructions.available)
 
 
+def of_exports():
+    """What a file of MoorDyn does not hold of scenes, and what it holds of them."""
+    deep, line = {"sea": {"depth": 20.0}, "time": {"end": 1.0, "step": 0.1}}, {**MOORED["cable"], "diameter": 0.05}
+    steep = {"amplitude": 0.3, "period": 5.0}
+    for name, scene in {
+        "free": deep | {"cable": line | {"top": {"kind": "free", "force": [1e3, 0.0, 9e3]}, "grading": 1.5}},
+        "stretched": deep | {"cable": line, "buoy": MOORED["buoy"], "waves": steep | {"stretching": "vertical"}},
+        "thin": deep
+        | {"cable": line | {"top": {"kind": "fixed", "position": [9, 0, -1]}, "tangential_froude_krylov": False}},
+        "moving": deep | {"cable": line, "buoy": MOORED["buoy"], "initial": {"buoy_velocity": [0.1, 0.0, 0.0]}},
+        "sloping": deep | {"cable": line, "buoy": MOORED["buoy"], "seabed": {"slope": [0.05, 0.0], "stiffness": 1e5}},
+        "windy": SHIP | {"vessel": [SHIP["vessel"][0] | {"wind": {"speed_10m": 9.0, "area": 1.0, "height": 1.0}}]},
+        "sinker": deep
+        | {"cable": line, "buoy": MOORED["buoy"], "seabed": {"friction": 0.6, "stiffness": 1e5}}
+        | {"anchor": {"weight": 2e4, "friction": 0.7, "drags": True}},
+    }.items():
+        print(name)
+        try:
+            found = to_moordyn.export(load_scene(scene))
+        except (InputError, SolveError) as error:
+            print(f"  refused: {error}")
+            continue
+        print(*(f"  {note}" for note in found.notes), sep="\n")
+        print(
+            *(f"  | {row}" for row in found.files["lines.txt"].splitlines() if "Fixed" in row or "Free" in row),
+            sep="\n",
+        )
+
+
+def of_settings():
+    """Numbers of elements and steps that lines of segments can have."""
+    parts = [{"length": 8.0, "elements": 3}, {"length": 14.0, "elements": [[4.0, 2], [10.0, 5]]}]
+    several = load_scene(MOORED, **{"cable.segments": parts, "cable.elements": None, "cable.length": None})
+    for scene in (DRIVEN, several, load_scene("free-buoy")):
+        print(settings.space_of(scene), *settings.spaces(scene, None, [2, 5, 9] if scene.cable else None))
+        print(settings.stepping_of(scene), settings.largest_step(scene), settings.keys_of_lines(scene))
+        for key in ("cable.normal_drag", "buoy.axial_drag"):
+            print(settings.everywhere(scene, key, 0.5))
+        for cells in (1, 4, 10, 33):
+            print(settings.fitting(scene, settings.Space(2, 1, cells)) if scene.cable else "no line", end=" ")
+        for scheme in ("bdf2", "generalized-alpha"):
+            space = settings.Space(1, 0, 10) if scene.cable else settings.Space()
+            found = settings.with_settings(scene, space, settings.Stepping(scheme, 0.02))
+            print(scheme, [cable.elements for cable in found.cables], found.time.model_dump(exclude_none=True))
+
+
 with TemporaryDirectory() as place, chdir(place):
     of_calibration()
     of_uncertainty()
     of_derivatives()
     of_sessions()
     of_linear_answers()
+    of_exports()
+    of_settings()
