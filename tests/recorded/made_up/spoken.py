@@ -18,19 +18,23 @@ from made_up import SCENE as MADE_UP
 from told import MOORED, refused
 
 from dolfbuoy import InputError, SolveError, load_scene
+from dolfbuoy.accuracy.bars import NONE, Bar
+from dolfbuoy.accuracy.outputs import Output
 from dolfbuoy.commands import run as run_command
 from dolfbuoy.commands import shared as cli
 from dolfbuoy.commands import sweep as sweep_command
 from dolfbuoy.page import folder as page_folder
 from dolfbuoy.results import folder as result_folder
 from dolfbuoy.results import running
+from dolfbuoy.scene.settings import Space, Stepping
 from dolfbuoy.statics import first_shape, rods
 from dolfbuoy.studies import hard_cases
 from dolfbuoy.studies import sweep as sweep_study
-from dolfbuoy.studies.accuracy import advise, convergence, pilot
+from dolfbuoy.studies.accuracy import advise, cheapest, convergence, pilot
 from dolfbuoy.studies.physics import effects, energy
 
 COSTS = ("unknowns", "operations", "forms")
+CHOICE = cheapest.Choice(Space(1, 0, 8), Stepping("bdf2", 0.1), 0.5, 3.0)
 
 
 def spoken(call, *arguments):
@@ -158,6 +162,47 @@ def of_studies():
             spoken(lambda trial=trial: print(advise.verified(trial, 3).notes))
 
 
+def of_choices():
+    """Settings that do not keep what the pilot expected of them, and those that do."""
+    output, bars = Output("tension_top", "max", "cable"), {}
+    for number, value in zip(("max", "min", "mean"), (9e3, 4e3, 6e3), strict=True):
+        bars[output._replace(number=number)] = Bar(value, 0.004 * value, NONE)
+    asked, scene = [], load_scene(MADE_UP, **{"time.end": 2.0})
+
+    class Pilot:
+        """A pilot with one choice."""
+
+        rows, scene, measure = (), load_scene(MADE_UP, **{"time.end": 1.0}), staticmethod(lambda: None)
+
+        def __init__(self, *_):
+            """It takes no time."""
+
+        def candidates(self, worse, others):
+            """The choice, whatever was worse."""
+            asked.append(([round(x, 4) for x in worse.values()], round(others, 4)))
+            return [CHOICE][: 9 - len(asked)]
+
+    def tried(*outcomes):
+        left = iter(outcomes)
+        with (
+            patch.object(cheapest, "Pilot", Pilot),
+            patch.object(cheapest, "with_settings", lambda scene, *_: scene),
+            patch.object(cheapest, "_verified", lambda _: next(left)),
+            patch.object(cheapest, "_by_a_finer_run", lambda found: found.finer),
+        ):
+            asked.clear()
+            spoken(lambda: print(cheapest.cheapest(scene, ["tension_top.max"], 0.01).notes))
+        print(*asked)
+
+    def found(worst, finer=np.inf):
+        sentences = ["It is rough."]
+        return SimpleNamespace(output=output, bars=bars, worst=worst, finer=finer, sentences=sentences)
+
+    tried(found(0.6, 0.8))
+    tried(SolveError("steps failed."), found(np.inf), found(0.8), found(1.3), found(0.6, 1.2), found(0.69, 0.9))
+    tried(*[found(4.0)] * 9)
+
+
 def of_effects():
     """Needs of a scene, what it pays in vain, and what both together change."""
     names = ["tension_top", "cone_angle"]
@@ -218,5 +263,6 @@ with TemporaryDirectory() as place, chdir(place):
     of_runs()
     of_shapes()
     of_studies()
+    of_choices()
     of_effects()
     of_orders()
