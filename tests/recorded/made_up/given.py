@@ -8,9 +8,7 @@ from made_up import RECORD, SCENE
 from told import MOORED, refused
 
 from dolfbuoy import load_scene
-from dolfbuoy.model.effects import EFFECTS
 from dolfbuoy.results.criteria import governing, never_met, verdicts
-from dolfbuoy.results.quantities import QUANTITIES
 from dolfbuoy.scene.fatigue import CURVES, curve_of
 from dolfbuoy.scene.floats import FLOATS, float_of, keys_of
 from dolfbuoy.scene.petsc_options import ALLOWED, checked
@@ -19,13 +17,6 @@ LINE = {"length": 20.0, "line_density": 5.0, "axial_stiffness": 1e5, "elements":
 HELD = LINE | {"top": {"kind": "fixed", "position": [5.0, 0.0, -5.0]}}
 WATER = {"sea": {"depth": 20.0}, "time": {"end": 1.0, "step": 0.1}}
 STEEP = {"theory": "stream", "height": 1.2, "wavelength": 30.0, "order": 9}
-
-
-def of_declarations():
-    """Outputs and effects, as they are declared."""
-    for one in (*QUANTITIES.values(), *EFFECTS):
-        plain = {key: value for key, value in vars(one).items() if not callable(value) and value not in (None, "", ())}
-        print(*(f"{key}={value!r}" for key, value in plain.items() if " at 0x" not in repr(value)))
 
 
 def of_floats():
@@ -205,7 +196,6 @@ def of_fatigue():
             print(error)
 
 
-of_declarations()
 of_floats()
 of_options()
 of_files()
