@@ -5,6 +5,7 @@ from told import ROPE
 
 from dolfbuoy import SolveError, load_scene
 from dolfbuoy.motion.stepping import AdaptiveControl, JumpControl, StepControl
+from dolfbuoy.statics import adrift
 
 
 def stepped(name, control, errors, remaining=10.0):
@@ -48,3 +49,24 @@ scene = load_scene(
     | {"time": {"end": 1.0, "step": 0.1}}
 )
 print([scene.take_offs[0].at_rest(length) for length in np.array([0.1, 0.5, 1.0, 2.0, 3.0, 3.5])])
+HULL = {"hull": [[0.0, 1.0], [2.0, 1.4]], "mass": 300.0, "center_of_mass": 0.5}
+WIDE = {"hull": [[0.0, 3.0], [1.0, 3.0]], "mass": 900.0, "center_of_mass": 0.2}
+DEVICE = {"stiffness": 1e3, "length": 5.0}
+afloat = {"sea": {"depth": 20.0}, "time": {"end": 1.0, "step": 0.1}}
+afloat |= {"buoy": [HULL | {"name": "a"}, WIDE | {"name": "b"}, HULL | {"name": "c"}]}
+for take_offs in (
+    [DEVICE | {"from": "a", "to": "b"}, DEVICE | {"from": "b", "to": "c", "length": 0.0}],
+    [DEVICE | {"from": "c", "to": "b"}, DEVICE | {"from": [0.0, 0.0, -20.0], "to": "a"}],
+    [
+        {"from": "c", "to": "b", "damping": 9.0},
+        DEVICE | {"from": "a", "to": [0.0, 0.0, -20.0]},
+        DEVICE | {"from": "a", "to": "c"},
+    ],
+):
+    named = [device | {"name": f"d{k}"} for k, device in enumerate(take_offs)]
+    scene = load_scene(afloat | {"take_off": named})
+    held = sorted(adrift.held_by_take_offs(scene.network), key=str)
+    places = adrift.places_adrift(scene, lambda section: section.length or 0.0)
+    print(held, {name: [round(float(x), 6) for x in place] for name, place in places.items()})
+for change in ({}, {"gravity": 0.0}, {"sea": None}):
+    print(round(adrift.floating_height(scene.model_copy(update=change), scene.network.buoys["b"]), 9))
