@@ -11,8 +11,10 @@ from made_up import SCENE as MADE_UP
 from told import MOORED, refused, show
 
 from dolfbuoy import load_scene
+from dolfbuoy.accuracy import bars as all_bars
 from dolfbuoy.accuracy import outputs, target
 from dolfbuoy.accuracy.bars import NONE, Bar
+from dolfbuoy.linear import natural
 from dolfbuoy.page import pack, report
 from dolfbuoy.results import after_ramp, bars, cautions, figures, offset_record, offsets, summary, tables
 from dolfbuoy.results.series import Series
@@ -98,6 +100,41 @@ def of_outputs():
             print(worst, round(target._refinement(found), 6), target.sentence_of(found))
 
 
+def of_bars():
+    """Errors of series from one beside them, whose sizes, phases and ends differ."""
+    t = np.linspace(0.0, 12.0, 121)
+    x = 5.0 + 2.0 * np.sin(t)
+
+    def series(values):
+        return Series("tension_top", t, values, 1e-9)
+
+    for name, other in {
+        "larger": 5.0 + 2.1 * np.sin(t),
+        "shifted": x + 0.25,
+        "late": 5.0 + 2.0 * np.sin(t - 0.4),
+        "another way": 5.0 - 2.0 * np.sin(t),
+        "not finite": np.where(t > 9, np.inf, x),
+        "the same": x,
+    }.items():
+        fine, coarse = series(x), series(other)
+        for factor, whole in ((1.0, False), (3.0, False), (3.0, True)):
+            errors, rms, lost = all_bars._compared(series(2 * x), fine, coarse, factor, whole)
+            print(
+                name, factor, whole, {key: round(float(e), 7) for key, e in errors.items()}, round(float(rms), 7), lost
+            )
+        errors, rms = all_bars._of_steps(series(3 * x), fine, coarse)
+        print(name, "of steps", {key: round(float(e), 7) for key, e in errors.items()}, round(float(rms), 7))
+    still = series(0 * t + 1.0)
+    print(all_bars._compared(still, still, still, 3.0), all_bars._of_steps(still, None, still))
+    tangents = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0.9, np.sqrt(0.19)], [0, -0.9, np.sqrt(0.19)]])
+    for several in (1, 2):
+        line = SimpleNamespace(s=np.arange(5.0), tangents=tangents, name="east")
+        with patch.object(natural, "slack_in", lambda _: None):
+            refused(lambda n=several, line=line: natural.check_smooth(SimpleNamespace(lines=[line] * n)))
+    with patch.object(natural, "slack_in", lambda _: "At rest the cable is slack"):
+        refused(lambda: natural.check_smooth(SimpleNamespace(lines=[])))
+
+
 def of_pages():
     """Seas in words, cases of sweeps, what a page has of many."""
     spectrum = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 7.0, "seed": 3}
@@ -171,6 +208,7 @@ def of_densities():
 of_summary()
 of_numbers()
 of_outputs()
+of_bars()
 of_pages()
 of_offsets()
 of_densities()
