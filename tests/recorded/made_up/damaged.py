@@ -153,7 +153,11 @@ def of_hdf5():
 def of_folders():
     """Folders of results in which something is missing, damaged, or another's."""
     scene = load_scene("driven", **{"time.end": 0.2})
+    before = os.umask(0)  # what others may do is up to the user's umask, and to nothing else
     dolfbuoy.simulate(scene, out="run", progress=lambda *_: None)
+    os.umask(before)
+    for path in sorted(Path("run").rglob("*")):
+        print(path, oct(path.stat().st_mode & 0o7777))
     changed = Path("run/scene.toml").read_text()
 
     def without(name, change):
