@@ -160,9 +160,10 @@ typedef struct {                /* a change of the unknowns that goes with a cha
     newton *newton;
     scaled rows, unknowns;      /* of `residual` and of `increment` */
     double *residual, *change, *increment;              /* of local unknowns; increment: zero where they are held */
-    double enough;              /* size of the increment to come with which it is right, relative to the change, */
-    double rough, noise;        /* ... and of one that shrinks no more, of the change and in units of the unknowns */
-    double last;                /* the size before; 0: none */
+    double enough, quiet;       /* size of the increment to come with which it is right, of the change and in units, */
+    double rough;               /* ... and of one that shrinks no more, or ten times `quiet` */
+    double size;                /* of the change */
+    double last;                /* that of the increment before; 0: none */
     double rate;                /* by which increments shrink, as far as known */
     at_ends ends;
 } tangent;
@@ -285,6 +286,12 @@ typedef struct {
     int count;
 } works;
 
+typedef struct {                /* what is done until the increment of a derivative is small enough */
+    tangent *tangent;
+    const works *works;
+    int most;
+} improvement;
+
 void make_histories(const void *context);
 void find_rates(const void *context);
 void advance(const void *context);
@@ -299,6 +306,7 @@ void advance_swing(const void *context);
 void spin(const void *context);
 void make_unit(const void *context);
 void do_all(const void *context);
+void improve_until(const void *context);
 void find_smallest(const void *context);
 
 /* -- waves.c: sums over wave components, at a point ---------------------------------------------------------------------- */

@@ -466,13 +466,14 @@ static PetscErrorCode largest(const newton *N, const double *values, double *siz
 
 The rate is that of the last two increments, not trusted below LEAST_RATE, and a little less with every step that was
 content with one. */
-static bool enough(tangent *T, double size, double of_all)
+static bool enough(tangent *T, double size)
 {
     const bool first = T->last == 0, stalls = !first && size > T->last / 2;
     T->rate = first ? 1.1 * T->rate : size / T->last;
     T->rate = larger(LEAST_RATE, T->rate < 1 ? T->rate : 1);
     T->last = larger(size, 1e-300);
-    return T->rate * size <= T->enough * of_all || (stalls && size <= larger(T->rough * of_all, T->noise));
+    return T->rate * size <= larger(T->enough * T->size, T->quiet) ||
+           (stalls && size <= larger(T->rough * T->size, 10 * T->quiet));
 }
 
 static PetscErrorCode take_tangent_increment(tangent *T)
@@ -483,7 +484,6 @@ static PetscErrorCode take_tangent_increment(tangent *T)
     KSP ksp;
     KSPConvergedReason reason;
     PetscReal size;
-    double of_all;
     for (PetscInt k = 0; L && k < L->count; ++k)
         if (L->slack[k])
             T->residual[L->rows[k]] = -L->c[k] * T->change[L->rows[k]];
@@ -500,8 +500,8 @@ static PetscErrorCode take_tangent_increment(tangent *T)
         T->change[k] -= T->increment[k];
     change_at_ends(&T->ends, N, T->increment, T->residual);
     TRY(VecNorm(N->increment, NORM_INFINITY, &size));
-    TRY(largest(N, T->change, &of_all));
-    n->improved = enough(T, size, of_all) && reason > 0;
+    TRY(largest(N, T->change, &T->size));
+    n->improved = enough(T, size) && reason > 0;
     return 0;
 }
 
@@ -512,4 +512,17 @@ void improve_tangent(const void *context)
     T->newton->numbers->improved = false;
     if (take_tangent_increment(T))
         T->newton->numbers->improved = false;
+}
+
+/* Until one is small enough, which `improved` says. */
+void improve_until(const void *context)
+{
+    const improvement *S = context;
+    const numbers *n = S->tangent->newton->numbers;
+    S->tangent->last = 0;
+    for (int k = 0; k < S->most; ++k) {
+        do_all(S->works);
+        if (n->improved)
+            break;
+    }
 }

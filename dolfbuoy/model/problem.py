@@ -124,6 +124,12 @@ class Problem:
         parts = [Part("wet hull", function, k * SUBMERGED) for k, function in enumerate(numbers)]
         return self.system.functional(zip(self._wet_forms, parts, strict=True))
 
+    @property
+    def samples_once(self) -> bool:
+        """True if sums over waves are taken once for each time, where the forms are evaluated first."""
+        waves = self.scene.waves
+        return bool(waves and waves.summed and waves.kinematics != "exact")
+
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _pushed_half_flat(self):

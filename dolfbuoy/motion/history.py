@@ -117,12 +117,23 @@ class Past:
             series.second[: len(rate.rate)] = rate.rate
 
     def reading(self):
-        """Functions that copy the entries of the unknowns at hand to the new value of the first series."""
+        """Functions that copy the entries of the unknowns at hand to the new value of the first series.
+
+        First those that are unknowns, then one by one those that are `computed`.
+        """
+        if not self.series:
+            return ()
         pairs, functions = [], []
         for evolution, place in zip(self.evolutions, self.places, strict=True):
             found = evolution.reader(self.u, self.series[0].new[place])
             (functions if callable(found) else pairs).append(found)
         return copies(pairs), *functions
+
+    @property
+    def computed(self):
+        """Places of entries that are no unknowns, but functions of these."""
+        pairs = zip(self.evolutions, self.places, strict=True)
+        return [place for e, place in pairs if callable(e.reader(self.u, np.zeros(e.size)))]
 
     def rules_of_forms(self, gammas):
         """[(array of a Constant or Function of the forms, gamma or history that belongs there), ...]."""
@@ -175,7 +186,7 @@ class Operations:
             one.n, one.rows = len(series.new), [address(row) for row in series.rows]
         numbers = {"levels": len(past.series), "keep": past.scheme.keep, "gammas": address(self.gammas)}
         self._past, self._alive = core().ffi.new("past *", {**numbers, "series": described}), described
-        read = past.reading() if past.series else ()
+        read = past.reading()
         histories, rates, advance = (
             Work(name, self._past, self) for name in ("make_histories", "find_rates", "advance")
         )

@@ -33,6 +33,7 @@ class Simulation:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
         self.followers: list[Callable[[], object]] = []  #: called when a step counts, before anything of it is past
+        self.finishers: list[Callable[[], object]] = []  #: called when it is
         make = Problem if pool is None else pool.problem
         start = initial_state(scene, comm, make, driven) if state is None else None
         self.at_rest = start is not None and start.at_rest
@@ -234,6 +235,8 @@ class Simulation:
             follow()
         if self._accept():
             self.newton.forget()
+        for finish in self.finishers:
+            finish()
         self.past.count_step()
         self.predictor.counted()
         self.t = t

@@ -1,56 +1,86 @@
 """Derivatives of a run by a number of its scene, step by step with it.
 
-Two neighbours of the scene, at p - eps and p + eps, show how the equations of a step change; the unknowns follow with
-the Jacobian J:
+A neighbour of the scene, at p + eps, shows how the equations of a step change; the unknowns follow with the Jacobian J:
 
-    r = [F+(u + eps pd; h + eps hd, m + eps md) - F-(u - eps pd; h - eps hd, m - eps md)] / (2 eps)
+    r = [F+(u + eps pd; h + eps hd, m + eps md) - F(u; h, m)] / eps
     ud = pd - J^-1 r
 
-u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivatives, pd those of u extrapolated.  Rules
-of a scheme are linear in what is past, so that the past of derivatives is a `Past` too.  Steps, and which elements are
-slack, are the run's.  J is that of a neighbour at the predicted derivative, so that the run keeps its own; one
-increment is enough where the prediction is good.  One factorisation serves the derivatives by all numbers.
+u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivatives, pd those of u extrapolated.  F is
+what Newton's method has left.  Rules of a scheme are linear in what is past, so that the past of derivatives is a
+`Past` too.  Steps, and which elements are slack, are the run's.  J is that of a neighbour at the predicted derivative,
+so that the run keeps its own; one increment is enough where the prediction is good.  One factorisation serves the
+derivatives by all numbers.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from ..elsewhere import MPI
+from ..parallel.ranks import allreduce
 from ..scene import Scene
 from ..solver.vector_ops import combination, copies, together
 from .history import Past
 from .schemes import NEW, Predictor
 from .simulation import Simulation
 
-#: Increments end when the next would be of this size, relative to the derivative, or when they shrink no more and one
-#: is smaller than the second, or than the third in typical sizes of the unknowns: rounding.
-ENOUGH, ROUGH, NOISE = 1e-6, 1e-3, 1e-6
+#: Increments end when the next would be of this size, relative to the derivative; or when they shrink no more and one
+#: is smaller than the second.
+ENOUGH, ROUGH = 1e-6, 1e-3
+#: Rounding of unknowns, of their typical sizes: at rest, and in motion over gamma^2.
+ROUNDING, OF_MOTION = 1e-13, 5e-16
 MOST = 12  #: increments
+#: Change of the unknowns to a neighbour on one side, in their typical sizes, by which curvature and rounding are alike;
+#: and the least derivative of a start by which one is placed.
+APART, LEAST = 2e-6, 0.01
 #: Distance of starts that are not at rest: the tiny steps that make them consistent have rounding in their forces.
 FAR = 1e-3
 
 
 class Neighbour:
-    """Simulation of a neighbour of a run's scene, whose equations are evaluated where the run is."""
+    """Simulation of a neighbour of a run's scene, whose equations are evaluated next to where the run is.
 
-    def __init__(self, simulation: Simulation):
-        self.simulation, self.problem, self.system = simulation, simulation.problem, simulation.system
-        self.past, self.u, self.memory = simulation.past, simulation.system.u, _arrays(simulation)
-        self.read_end_forces = simulation.read_end_forces
-        operations = self.past.operations
-        _, self.hand_over = operations.begin
-        *self.read, _ = operations.find_rates
+    x: its distance; 0: the scene of the run itself.
+    """
+
+    def __init__(self, run: Simulation, simulation: Simulation, x: float):
+        self.run, self.simulation, self.problem, self.system = run, simulation, simulation.problem, simulation.system
+        self.past, self.u, self.memory, self.x = simulation.past, simulation.system.u, _arrays(simulation), x
         self.evaluate = self.system.add_residuals.in_c()
+
+    def moved(self, to, of_run, rate=None):
+        """Function that makes an array of this one that of the run at x."""
+        return copies([(to, of_run)]) if rate is None else combination(to, [of_run, rate], np.array([1.0, self.x]))
+
+    def given(self, past=None, memory=()) -> Iterator[Callable]:
+        """Functions that hand it the time, the histories and the memory of the run; past, memory: their derivatives."""
+        run, operations = self.run, self.past.operations
+        yield copies([(self.problem.time, run.problem.time), (operations.gammas, run.past.operations.gammas)])
+        for k, (to, of_run) in enumerate(zip(self.past.series, run.past.series, strict=True)):
+            yield self.moved(to.history, of_run.history, past.series[k].history if past else None)
+        for k, (to, of_run) in enumerate(zip(self.memory, _arrays(run), strict=True)):
+            yield self.moved(to, of_run, memory[k] if past else None)
+        yield operations.begin[1]
+
+    def follow(self) -> Iterator[Callable]:
+        """Functions that evaluate the run's equations where it is."""
+        yield from (*self.given(), self.moved(self.u, self.run.system.u), *self.clock(), self.evaluate)
+
+    def clock(self) -> tuple[Callable, ...]:
+        """Functions that bring what is given in time to the time of the run."""
+        return *self.problem.clock(), self.system.read_given
 
 
 class Tangent:
     """Derivative of a Simulation by x, of which its scene is a function.
 
-    scene_at: x -> Scene, whose numbers but no sizes of arrays depend on x; 0 is the run's.  eps: of the neighbours.
-    make: Scene -> Simulation at its start.  `below`, `above`: the neighbours; after each step their unknowns, memory
-    and forces at ends are those of the run at -eps and eps, so that what is read from them differs by 2 eps times its
-    derivative.  leader: an earlier Tangent of the same run, whose matrix serves this one too.  fault: a sentence, where
-    no derivative was found; nothing follows then.
+    scene_at: x -> Scene, whose numbers but no sizes of arrays depend on x; 0 is the run's.  make: Scene -> Simulation
+    at its start.  After each step unknowns, memory and forces at ends of `near`, a neighbour, are those of the run
+    there, so that what is read of it differs from that of `other` by the derivative times the distance `apart`.
+    `other` is the run if its start changes with x, and the neighbour then so near that it changes little, if
+    `near` is not 0; or, `surely`, at `near`.  Else they are neighbours at -eps and eps, whose difference has less
+    rounding and curvature in it, for more time.  leader: an earlier Tangent of the same run, whose matrix serves this
+    one too.  fault: a sentence, where no derivative was found; nothing follows then.
     """
 
     def __init__(
@@ -58,47 +88,73 @@ class Tangent:
         simulation: Simulation,
         scene_at: Callable[[float], Scene],
         make: Callable[[Scene], Simulation],
-        eps: float = 1e-5,
+        eps: float = 1e-4,
         leader: "Tangent | None" = None,
+        near: float = 0.0,
+        surely: bool = False,
     ) -> None:
-        self.simulation, self.eps = simulation, eps
-        self.below, self.above = (Neighbour(make(scene_at(x))) for x in (-eps, eps))
+        run = self.simulation = simulation
+        there = [(near, make(scene_at(near)))] if near else []
+        if there and not surely:
+            size = self._size(there[0][1], near)
+            x = min(APART / size, eps) if size > LEAST else 0.0
+            if not near / 2 < x < 2 * near:
+                there.pop()[1].problem.destroy()
+                there = [(x, make(scene_at(x)))] if x else []
+        to_one_side = bool(there)
+        there = there or [(x, make(scene_at(x))) for x in (eps, -eps)]
+        self.sides = [Neighbour(run, one, x) for x, one in there]
+        self.near = self.sides[0]
+        self.other, self.apart = (run, self.near.x) if to_one_side else (self.sides[1].simulation, 2 * eps)
+        #: The run's own equations, where it has others than its neighbours, after the first evaluation of a step
+        self.own: Neighbour | None = None
+        if leader is not None:
+            self.own = leader.own
+        elif simulation.problem.samples_once:
+            self.own = Neighbour(simulation, make(simulation.scene), 0.0)
         u = simulation.system.u
         self.u, self._residual = np.zeros_like(u), np.zeros_like(u)
         self._memory = [np.zeros_like(one) for one in _arrays(simulation)]
-        self.past = Past(self.above.problem.evolutions(), self.u, simulation.scheme)
+        self.past = Past(self.near.problem.evolutions(), self.u, simulation.scheme)
         self._predictor, self._time, self._made_for = Predictor(), np.zeros(1), None
-        self._leads, self.solver = leader is None, self.above.simulation.newton if leader is None else leader.solver
+        self._leads, self.solver = leader is None, self.near.simulation.newton if leader is None else leader.solver
         callbacks = self.solver.system.callbacks
         self._renew = callbacks.work("renew_matrix")
-        self._increment = callbacks.improving_tangent(self._residual, self.u, ENOUGH, ROUGH, NOISE)
-        self._weights, self._halves = np.array([[1.0, -eps], [1.0, eps]]), np.array([0.5, -0.5]) / eps
+        self._increment = callbacks.improving_tangent(self._residual, self.u, ENOUGH, ROUGH)
         self.fault = ""
-        if simulation.at_rest:
-            self._start(self.below.simulation, self.above.simulation, eps)
+        if run.at_rest:
+            self._start(self.other, self.near.simulation, self.apart)
         else:
             pair = [make(scene_at(x)) for x in (-FAR, FAR)]
-            self._start(*pair, FAR)
+            self._start(*pair, 2 * FAR)
             for one in pair:
                 one.problem.destroy()
-        simulation.followers.append(self.follow)
+        run.followers.append(self.follow)
+        run.finishers.append(self.finish)
 
-    def _start(self, low, high, eps):
-        """Take the differences of starts at -eps and eps."""
-        run, half = self.simulation, 0.5 / eps
-        self.u[:] = half * (high.system.u - low.system.u)
+    def _size(self, near, x):
+        """Size of the derivative of a start, in typical sizes of the unknowns."""
+        run, visible = self.simulation, self.simulation.system.numbering.visible
+        change = (near.system.u - run.system.u)[visible] / near.system.unknown_scales
+        largest = float(allreduce(run.comm, np.abs(change).max(initial=0.0), MPI.MAX))
+        return max(largest / x, 1e-300) if run.at_rest else 1e-300
+
+    def _start(self, low, high, apart):
+        """Take the differences of two starts."""
+        run = self.simulation
+        self.u[:] = (high.system.u - low.system.u) / apart
         for rate, below, above in zip(self._memory, _arrays(low), _arrays(high), strict=True):
-            rate[:] = half * (above - below)
+            rate[:] = (above - below) / apart
         state = run.past.state()
         for level, one in state.items():
             below, above = (np.array(end.past.state()[level]["rows"]) for end in (low, high))
-            one["rows"] = half * (above - below)
+            one["rows"] = (above - below) / apart
         self.past.restore(state)
         self._predictor.add(run.t, self.u)
 
     def destroy(self) -> None:
         """Give PETSc's objects of the neighbours back."""
-        for one in (self.below, self.above):
+        for one in (*self.sides, *([self.own] if self._leads and self.own else [])):
             one.problem.destroy()
 
     # -- steps --------------------------------------------------------------------------------------------------------
@@ -110,7 +166,8 @@ class Tangent:
             return
         if run.series and run.series[0].steps_since_start < self.past.series[0].steps_since_start:
             self.past.forget()
-        self.past.prepare(run.operations.step)
+        gamma = self.past.prepare(run.operations.step)
+        self._increment.context.quiet = max(ROUNDING, OF_MOTION * gamma**2) / self.apart
         basis = run.operations, self.past.operations, self._predictor.count
         if self._made_for != basis:
             self._make_functions()
@@ -118,25 +175,21 @@ class Tangent:
         self._time[0] = self.simulation.problem.time[0]
         if self._leads:
             self._set_up_matrix()
-        self._begin()
-        if not self._solve():
+        self._step()
+        if not self.solver.numbers.improved:
             self.solver.choose_solver("mumps")  # with pivots
             self._renew()
-            if not self._solve():
+            self._step()
+            if not self.solver.numbers.improved:
                 self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
-                return
+
+    def finish(self) -> None:
+        """Make past of it, when the run has."""
+        if self.fault:
+            return
         self._accept()
         self.past.count_step()
         self._predictor.counted()
-
-    def _solve(self):
-        """Increments; False if they do not become small."""
-        self._increment.context.last = 0.0
-        for _ in range(MOST):
-            self._improve()
-            if self.solver.numbers.improved:
-                return True
-        return False
 
     def _set_up_matrix(self):
         system, law = self.solver.system, self.simulation.system.law
@@ -144,74 +197,59 @@ class Tangent:
         if law is not None:
             system.law.slack[:] = law.slack
 
-    def _pair(self):
-        return (self.below, self._weights[0]), (self.above, self._weights[1])
-
-    def _remembered(self, one, x):
-        pairs = zip(one.memory, _arrays(self.simulation), self._memory, strict=True)
-        return [combination(to, [of_run, rate], x) for to, of_run, rate in pairs]
-
     def _difference(self, out, get):
-        """Function that makes `out` the derivative of an array of the neighbours."""
-        return combination(out, [get(self.above), get(self.below)], self._halves)
+        """Function that makes `out` the derivative of an array of simulations."""
+        return combination(out, [get(self.near.simulation), get(self.other)], np.array([1.0, -1.0]) / self.apart)
 
     def _make_functions(self):
-        run, past, pair = self.simulation, self.past.operations, self._pair()
-        make_histories, _ = past.begin
-        *_, find_rates = past.find_rates
-        *_, advance = past.accept
+        run, past, sides = self.simulation, self.past, self.sides
+        make_histories, _ = past.operations.begin
+        *_, find_rates = past.operations.find_rates
+        *_, advance = past.operations.accept
         predict, remember = self._predictor.functions(self._time, self.u)
-        move = [combination(one.u, [run.system.u, self.u], x) for one, x in pair]
-        evaluate = [one.evaluate for one, _ in pair]
-        unknowns = self._difference(self.u, lambda one: one.u)
-        new = (
-            [self._difference(self.past.series[0].rows[NEW], lambda one: one.past.series[0].rows[NEW])]
-            if self.past.series
-            else []
+        move = [one.moved(one.u, run.system.u, self.u) for one in sides]
+        residuals = [one.system.last_residual for one in (self.near, *(sides[1:] or [self.own or run]))]
+        improve = (
+            *(one.evaluate for one in sides),
+            combination(self._residual, residuals, np.array([1.0, -1.0]) / self.apart),
+            self._increment,
+            *move,
         )
-        self._begin = together(
+        past_of = [run.past, *(one.past for one in sides)]
+        read = [*past.reading()[:1], *(function for one in past_of for function in one.reading()[1:])]
+        for place in past.computed:
+            read.append(self._difference(_new(self)[place], lambda one, p=place: _new(one)[p]))
+        self._step = together(
+            *(self.own.follow() if self.own and self._leads else ()),
             make_histories,
             predict,
-            *(f for one in pair for f in self._given(*one)),
+            *(f for one in sides for f in one.given(past, self._memory)),
             *move,
-            *(f for one, _ in pair for f in (*one.problem.clock(), one.system.read_given)),
-            unknowns,
-            *([*move, self._renew] if self._leads else []),
-        )
-        self._improve = together(
-            *move,
-            *evaluate,
-            self._difference(self._residual, lambda one: one.system.last_residual),
-            self._increment,
-        )
-        read = [f for one, _ in pair for f in one.read]
-        end_forces = run.system.last_residual, self._residual  # where forces at ends are read of it
-        self._accept = together(
-            *move,
-            *(combination(one.system.last_residual, end_forces, x) for one, x in pair),
-            *(one.read_end_forces for one, _ in pair),
+            *(f for one in sides for f in one.clock()),
+            self._difference(self.u, lambda one: one.system.u),
+            *([self._renew] if self._leads else []),
+            self.solver.system.callbacks.until_improved(self._increment, improve, MOST),
+            *(one.moved(one.system.last_residual, run.system.last_residual, self._residual) for one in sides),
+            *(one.simulation.read_end_forces for one in sides),
             *read,
-            *new,
             find_rates,
-            *(f for one, _ in pair for f in one.problem.when_accepted()),
-            *(self._difference(rate, lambda one, k=k: one.memory[k]) for k, rate in enumerate(self._memory)),
-            unknowns,
+            *(f for one in sides for f in one.problem.when_accepted()),
+        )
+        touched = [buoy.part.slice for buoy in run.problem.buoys.values()]
+        self._accept = together(
+            *(self._difference(rate, lambda one, k=k: _arrays(one)[k]) for k, rate in enumerate(self._memory)),
+            *(self._difference(self.u[p], lambda one, p=p: one.system.u[p]) for p in touched),
             *read,
-            *new,
             advance,
             remember,
         )
-
-    def _given(self, one, x):
-        """Functions that hand a neighbour the time, the histories and the memory of the run at x."""
-        run = self.simulation
-        yield copies([(one.problem.time, run.problem.time), (one.past.operations.gammas, run.past.operations.gammas)])
-        for to, of_run, rate in zip(one.past.series, run.past.series, self.past.series, strict=True):
-            yield combination(to.history, [of_run.history, rate.history], x)
-        yield from self._remembered(one, x)
-        yield one.hand_over
 
 
 def _arrays(simulation):
     """Memory of accepted steps, flat arrays."""
     return [values.reshape(-1) for memory in simulation.memory for values in memory.values()]
+
+
+def _new(one):
+    """Entries at the end of the step."""
+    return one.past.series[0].rows[NEW]

@@ -44,11 +44,15 @@ class Observer:
     """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0.
 
     end_forces: by name, arrays that are up to date whenever `note` is called.  places: of `places_of`, whose tension is
-    noted.
+    noted.  evaluated: so near, whenever `note` is called, that hulls may be looked at where their points are.
     """
 
     def __init__(
-        self, problem: Problem, end_forces: dict[str, NDArray[Any]] | None = None, places: Sequence[Place] = ()
+        self,
+        problem: Problem,
+        end_forces: dict[str, NDArray[Any]] | None = None,
+        places: Sequence[Place] = (),
+        evaluated: bool = False,
     ) -> None:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
@@ -68,7 +72,10 @@ class Observer:
             self.width += len(entries)
         self._row = np.zeros(self.width)
         pick = picked([entry for entries in sources.values() for entry in entries], self._row)
-        self._take = together(*self._notes(), pick)
+        if evaluated and self._wet:
+            problem.system.read_given()
+            self._wet()
+        self._take = together(*self._notes(evaluated), pick)
 
     def _sources(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, list[Entry]]:
         """Entries for `picked` of all that is noted at an instant, by name; 0 on other ranks."""
@@ -195,10 +202,11 @@ class Observer:
             return together(self._take, copies([(out, self._row)]))
         return lambda: np.copyto(out, 0.0 if (row := self.note()) is None else row)
 
-    def _notes(self) -> Iterator[Callable[[], object]]:
+    def _notes(self, evaluated: bool) -> Iterator[Callable[[], object]]:
         """Functions that bring up to date what is not among the unknowns."""
         if self._wet:
-            yield from (self.problem.system.read_given, self._wet.in_c())
+            yield from () if evaluated else (self.problem.system.read_given,)
+            yield self._wet.in_c(hooks=not evaluated)
         if "bed" in self._places:
             yield from self._grounded.notes()
         if self._smallest is not None:

@@ -1,6 +1,7 @@
 """Derivatives of a run, or of an equilibrium, by numbers of its scene."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,8 +104,10 @@ def of_run(
     try:
         for p in parameters:
             leader = tangents[0] if tangents else None
-            tangents.append(Tangent(run, lambda x, p=p: p.scene_at(scene, x), neighbour, p.distance, leader))
-        notes, times = _Notes([run, *(one.simulation for t in tangents for one in (t.below, t.above))]), [0.0]
+            at = partial(p.scene_at, scene)
+            tangents.append(Tangent(run, at, neighbour, p.distance, leader, p.near, p.surely))
+        seen = list(dict.fromkeys([run, *(one for t in tangents for one in (t.other, t.near.simulation))]))
+        notes, times = _Notes(seen), [0.0]
         notes.add()
         for _ in run.run():
             times.append(run.t)
@@ -115,12 +118,13 @@ def of_run(
             if progress is not None:
                 progress(run)
         labels = notes.observers[0].labels()
-        values, *neighbours = notes.values()
+        values = dict(zip(seen, notes.values(), strict=True))
     finally:
         for one in (*tangents, run.problem):
             one.destroy()
         pool.clear()
-    return _dataset(scene, parameters, values, neighbours, labels, np.array(times))
+    pairs = [(values[t.other], values[t.near.simulation]) for t in tangents]
+    return _dataset(scene, parameters, values[run], pairs, [t.apart for t in tangents], labels, np.array(times))
 
 
 def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":
@@ -135,10 +139,10 @@ def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MP
 
     try:
         values = rest(scene)
-        neighbours = [rest(p.scene_at(scene, x)) for p in parameters for x in (-p.distance, p.distance)]
+        pairs = [[rest(p.scene_at(scene, x)) for x in (-p.distance, p.distance)] for p in parameters]
     finally:
         pool.clear()
-    return _dataset(scene, parameters, values, neighbours, labels)
+    return _dataset(scene, parameters, values, pairs, [2 * p.distance for p in parameters], labels)
 
 
 def of_modes(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":
@@ -196,7 +200,7 @@ class _Notes:
     """Quantities of Simulations at the instants at which they were noted."""
 
     def __init__(self, simulations: Sequence[Simulation]) -> None:
-        self.observers = [Observer(one.problem, one.latest_end_forces) for one in simulations]
+        self.observers = [Observer(one.problem, one.latest_end_forces, (), k > 0) for k, one in enumerate(simulations)]
         self._begun = [one.begun() for one in self.observers]
         ends = np.cumsum([one.width for one in self.observers])
         self._now, self._ends = np.zeros(ends[-1]), ends[:-1]
@@ -230,25 +234,27 @@ class _Notes:
         ]
 
 
-def _dataset(scene, parameters, values, neighbours, labels, times=None):
-    """Values, derivatives and outputs by their names."""
+def _dataset(scene, parameters, values, pairs, apart, labels, times=None):
+    """Values, derivatives and outputs by their names.
+
+    pairs: values of two scenes for each parameter, as far `apart` in x.
+    """
     import xarray as xr
 
     above = () if times is None else ("time",)
     names = {name: one for name, one in QUANTITIES.items() if name in values and not one.effort}
-    half = np.array([1 / (2 * p.distance * p.scale) for p in parameters])
+    over = np.array([1 / (x * p.scale) for p, x in zip(parameters, apart, strict=True)])
     known = labels | LABELS | ({} if times is None else {"time": times})
     dims = {name: (*(above if one.over else ()), *one.dims) for name, one in names.items()}
     data = {name: (dims[name], values[name], one.attributes()) for name, one in names.items()}
     coords = {name: known[name] for name in set().union(*dims.values()) if name in known}
     found = xr.Dataset(data, coords)
-    pairs = list(zip(neighbours[::2], neighbours[1::2], strict=True))
     for name, one in names.items():
-        slope = np.array([h * less(high[name], low[name]) for h, (low, high) in zip(half, pairs, strict=True)])
+        slope = np.array([h * less(high[name], low[name]) for h, (low, high) in zip(over, pairs, strict=True)])
         text = {"long_name": f"derivative of {one.long_name}", "units": f"{one.unit} over parameter_unit"}
         found[f"d_{name}"] = (("parameter", *dims[name]), slope, text)
     found = _labelled(found, scene, parameters)
-    return found.merge(_outputs(scene, parameters, found, pairs, half)) if times is not None else found
+    return found.merge(_outputs(scene, parameters, found, pairs, over)) if times is not None else found
 
 
 def _labelled(found, scene, parameters):
@@ -259,7 +265,7 @@ def _labelled(found, scene, parameters):
     return found.assign_attrs(title=scene.title, scene=scene.to_toml())
 
 
-def _outputs(scene, parameters, found, pairs, half):
+def _outputs(scene, parameters, found, pairs, over):
     """Outputs after the ramp, their derivatives and elasticities."""
     import xarray as xr
 
@@ -271,7 +277,7 @@ def _outputs(scene, parameters, found, pairs, half):
 
     base = outputs({name: found[name].values for name in found.data_vars})
     slopes = np.zeros((len(parameters), len(base)))
-    for row, h, (low, high) in zip(slopes, half, pairs, strict=True):
+    for row, h, (low, high) in zip(slopes, over, pairs, strict=True):
         below, above = outputs(low), outputs(high)
         row[:] = [h * less(above[output], below[output]) for output in base]
     value = np.array(list(base.values()))

@@ -25,6 +25,8 @@ NO_NUMBER = ("elements", "grading", "position_degree", "tension_degree", "seed",
 NEAR, STIFF = 1e-4, 1e-3
 #: ... of lengths where a line may land or come taut: there is no derivative across such a kink.
 WITH_KINKS = 1e-6
+#: ... in a run, to one side: of what shifts it in time, of what else moves the unknowns much, of lengths with kinks.
+OF_PERIODS, ONE_SIDED, ALONG_KINKS = 1e-6, 3e-6, 1e-5
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,8 @@ class Parameter:
     """A number of a scene, an entry of a vector ("cable.top.amplitude.2"), or a vector as a whole.
 
     value: nan for a vector, which is varied by a factor.  scale: the change of the value that x = 1 stands for; that of
-    a vector is 1, and so is its unit.  distance: x of the neighbours.
+    a vector is 1, and so is its unit.  distance: x of the neighbours to both sides.  near: of the only one of a run
+    whose start it changes much, or of any run, `surely`; 0: none.
     """
 
     key: str
@@ -42,6 +45,8 @@ class Parameter:
     _names: tuple[str, tuple[int, ...]]
     _whole: Any
     distance: float = NEAR
+    near: float = 0.0
+    surely: bool = False
 
     def scene_at(self, scene: Scene, x: float) -> Scene:
         """The scene with another number.  Raises InputError if there can be none so near."""
@@ -115,15 +120,22 @@ def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Paramet
 
 
 def _apart(scene: Scene, parameters: list[Parameter]) -> list[Parameter]:
-    """Parameters with the distance of their neighbours."""
+    """Parameters with the distances of their neighbours."""
     kinks = scene.seabed is not None or any(p.section.slack == "tension-only" for p in scene.network.pieces)
 
-    def distance(one: Parameter) -> float:
+    def distances(one: Parameter) -> Parameter:
+        of_length = one.unit == "m" or math.isnan(one.value)
         if one.key.endswith("axial_stiffness"):
-            return STIFF
-        return WITH_KINKS if kinks and (one.unit == "m" or math.isnan(one.value)) else NEAR
+            return replace(one, distance=STIFF)
+        if ".hull." in one.key:  # sides of a cylinder, which is a cone to either side
+            return one
+        moves = one.key.startswith("waves.") or ".top." in one.key
+        if kinks:
+            distance = WITH_KINKS if of_length else NEAR
+            return replace(one, distance=distance, near=ALONG_KINKS if of_length or moves else NEAR, surely=True)
+        return replace(one, near=OF_PERIODS if moves and one.unit == "s" else ONE_SIDED, surely=moves)
 
-    return [replace(one, distance=distance(one)) for one in parameters]
+    return [distances(one) for one in parameters]
 
 
 def _counts(key: str, value: Any) -> bool:

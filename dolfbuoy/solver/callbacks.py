@@ -3,6 +3,7 @@
 What C remembers from call to call stands in one struct, `numbers`, which Python reads and changes as well.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from petsc4py import PETSc
 
 from . import Array
 from .c_code import address, check, core
-from .vector_ops import Work
+from .vector_ops import Work, in_a_row
 
 if TYPE_CHECKING:
     from .system import System
@@ -82,12 +83,12 @@ class Callbacks:
         ends.count = len(entries[0])
         ends.places, ends.of_rows, ends.of_columns = map(address, entries)
 
-    def improving_tangent(self, residual: Array, change: Array, enough: float, rough: float, noise: float) -> Work:
+    def improving_tangent(self, residual: Array, change: Array, enough: float, rough: float) -> Work:
         """Function that takes from `change` the increment that belongs to `residual`, with the matrix at hand.
 
         Both of local unknowns.  `numbers.improved` is true then if the next one would not be larger than `enough` times
-        the change; or if increments shrink no more, and it was not larger than `rough` times the change, or `noise`
-        typical sizes.
+        the change, or than `quiet` typical sizes, a number of the context that is 0 at first; or if increments shrink
+        no more, and it was not larger than `rough` times the change, or ten times `quiet`.
         In rows of held and of tied unknowns `residual` is what it would be after the increment.
         """
         increment, system = np.zeros_like(change), self._alive[0]
@@ -95,6 +96,12 @@ class Callbacks:
         arrays = {"residual": residual, "change": change, "increment": increment}
         found = core().ffi.new("tangent *", {name: address(array) for name, array in arrays.items()})
         found.newton, found.rows, found.unknowns = self._context, rows.described[0], unknowns.described[0]
-        found.enough, found.rough, found.noise, found.rate = enough, rough, noise, 1.0
+        found.enough, found.rough, found.rate = enough, rough, 1.0
         self._put_ends(found.ends)
         return Work("improve_tangent", found, (self, rows, unknowns, arrays))
+
+    def until_improved(self, increment: Work, functions: Sequence[Work], most: int) -> Work:
+        """Function that calls these, `increment` one of them, until `numbers.improved`, so many times at most."""
+        found, row = core().ffi.new("improvement *"), in_a_row(functions)
+        found.tangent, found.works, found.most = increment.context, row.context, most
+        return Work("improve_until", found, (increment, row))

@@ -166,9 +166,16 @@ class Loop:
         self._shared.hooks.check()
         return self.out
 
-    def in_c(self) -> Work:
-        """The same for `together`; what a hook raises is raised by the next evaluation from Python."""
-        return Work("integrate_all", self.described, self)
+    def in_c(self, hooks: bool = True) -> Work:
+        """The same for `together`; what a hook raises is raised by the next evaluation from Python.
+
+        hooks: else those of the latest evaluation are good enough.
+        """
+        if hooks:
+            return Work("integrate_all", self.described, self)
+        described, none = core().ffi.new("evaluation *", self.described[0]), core().ffi.new("hooks *")
+        described.before = none
+        return Work("integrate_all", described, (self, none))
 
     def _inputs(
         self, one: Any, contribution: "Contribution", integral: Any, coefficients: Array, constants: Array

@@ -51,7 +51,7 @@ def together(*functions: Callable[[], Any]) -> Callable[[], Any]:
     parts: list[Any] = []
     for in_c, group in itertools.groupby(functions, lambda function: isinstance(function, Work)):
         run: list[Any] = list(group)
-        parts += [_in_a_row(run)] if in_c else run
+        parts += [in_a_row(run)] if in_c else run
     if len(parts) == 1 and isinstance(parts[0], Work):
         return parts[0]
 
@@ -62,10 +62,11 @@ def together(*functions: Callable[[], Any]) -> Callable[[], Any]:
                 found = True
         return found
 
-    return all_of_them if parts else _in_a_row([])
+    return all_of_them if parts else in_a_row([])
 
 
-def _in_a_row(works: list[Work]) -> Work:
+def in_a_row(works: Sequence[Work]) -> Work:
+    """`together` of what C does alone."""
     described = _described("work", len(works))
     for one, part in zip(described, works, strict=False):
         one.call, one.context = core().ffi.addressof(core().lib, part.name), part.context
