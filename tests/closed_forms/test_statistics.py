@@ -175,6 +175,14 @@ def test_the_memory_of_a_sea_is_that_of_its_spectrum():
     assert np.isnan(series(np.ones(len(t)), t).memory)
 
 
+def test_memory_of_steps_that_adapt():
+    """The same of a series whether its steps are even or not."""
+    even = np.arange(0.0, 600.0, 0.1)
+    uneven = even + 0.05 * np.sin(even)
+    first, other = (series(np.cos(t) + 0.5 * np.cos(1.3 * t), t).memory for t in (even, uneven))
+    assert other == pytest.approx(first, rel=0.01)
+
+
 @pytest.mark.slow
 def test_a_deviation_is_as_well_known_as_is_said():
     """Of 300 runs, each of five minutes, 95 % lie within the bounds; counted within three deviations."""

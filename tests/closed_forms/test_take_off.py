@@ -15,6 +15,8 @@ from scipy.integrate import solve_ivp, trapezoid
 from dolfbuoy import InputError, Session, load_scene, solve_static
 from dolfbuoy.commands.sweep import _show
 from dolfbuoy.model.sea import wavenumber
+from dolfbuoy.motion.energy import Meter
+from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.studies.sweep import sweep
 
 MASS, LIFT = 100.0, 1500.0
@@ -161,6 +163,23 @@ def test_mean_power_of_a_point_absorber():
         drafts.append(1.0 - record.buoy_position.sel(xyz="z").values.ravel()[0])
         assert mean_power(record, scene) == pytest.approx(linear_power(scene, drafts[-1], damping), rel=5e-3)
     assert np.ptp(drafts) == 0
+
+
+def test_energy_of_a_take_off():
+    """Of its spring 1/2 k x^2, and what its damper takes, -d v^2, of a float that is let go below its rest."""
+    start = {"initial": {"buoy_position": [0.0, 0.0, -1.5]}, "time": {"end": 1.0, "step": 0.04, "scheme": "bdf2"}}
+    simulation = Simulation(load_scene({key: value for key, value in ABSORBER.items() if key != "waves"} | start))
+    meter = Meter(simulation)
+    for _ in range(5):
+        simulation.step(0.04)
+    device = simulation.problem.take_offs[0]
+    device.note(simulation.system.u)
+    length, tension, _ = device.numbers
+    found, speed = meter.read(), (tension - STIFFNESS * (length - 20.0)) / 8e3
+    simulation.problem.destroy()
+    assert abs(speed) > 0.1
+    assert found["elastic"] == pytest.approx(STIFFNESS * (length - 20.0) ** 2 / 2, rel=1e-9)
+    assert found["take_off"] == pytest.approx(-8e3 * speed**2, rel=1e-6)
 
 
 def test_power_matrix_of_a_sweep(tmp_path, capsys, monkeypatch):

@@ -4,6 +4,7 @@ import base64
 import json
 import re
 from pathlib import Path
+from zipfile import ZipFile
 
 import meshio
 import numpy as np
@@ -172,6 +173,15 @@ def _of_json(value, name):
         yield f"{name} {_short(value)}"
 
 
+def of_model(path: Path, folder: Path) -> list[str]:
+    """Files of an FMU, and what it says of itself but for its token and the version."""
+    with ZipFile(path) as file:
+        names, described = sorted(file.namelist()), file.read("modelDescription.xml").decode()
+    described = re.sub(r"\{[-0-9a-f]{36}\}|dolfbuoy \d[\w.]*", "", described)
+    described = re.sub(r"\d\.\d{9,}(?:e-?\d+)?", lambda number: f"{float(number[0]):.6g}", described)
+    return [re.sub("binaries/[^/]*", "binaries", name) for name in names] + of_text(described, folder)
+
+
 def of_file(path: Path, folder: Path) -> list[str]:
     """Lines of a file by its kind; nothing of pictures, which are known by their figures, and of checkpoints."""
     if path.name in ("schema.json", ".dolfbuoy.json"):  # the one is in the package, the other names times
@@ -182,6 +192,8 @@ def of_file(path: Path, folder: Path) -> list[str]:
         return of_mesh(path)
     if path.suffix == ".html":
         return of_page(path, folder)
+    if path.suffix == ".fmu":
+        return of_model(path, folder)
     if path.suffix in (".toml", ".txt", ".csv", ".dat", ".md", ".json", ".xml", ".xdmf", ".pvd"):
         return of_text(path.read_text(), folder)
     return []

@@ -19,6 +19,7 @@ import dolfbuoy
 from dolfbuoy import load_scene, writing
 from dolfbuoy.elsewhere import _check_temporary_folder
 from dolfbuoy.formats import files
+from dolfbuoy.linear.potential_flow import read_capytaine
 from dolfbuoy.model import feasible, memory_fit
 from dolfbuoy.results import checkpoint, folder, paraview, record, running, runs
 from dolfbuoy.scene import potential_flow, stream, wave_files
@@ -65,6 +66,11 @@ def of_potential_flow():
         partial(load_scene, scene, **{"buoy.drift": "newman", "buoy.potential_flow.mean_drift": None}),
         partial(load_scene, scene, **{"buoy.memory_order": 21}),
     )
+    waves = good.isel(omega=np.flatnonzero(np.isfinite(good.omega.values) & (good.omega.values > 0)))
+    for name, data in {"backwards": waves.assign_coords(omega=-waves.omega), "empty": waves * np.nan}.items():
+        Path(f"{name}.nc").unlink(missing_ok=True)
+        data.to_netcdf(f"{name}.nc")
+        refused(partial(read_capytaine, f"{name}.nc"))
     omega = np.linspace(0.5, 3.0, 9)
     with patch.object(memory_fit, "_fit", lambda *_: []):
         try:
