@@ -165,7 +165,6 @@ typedef struct {                /* a change of the unknowns that goes with a cha
     double size;                /* of the change */
     double last;                /* that of the increment before; 0: none */
     double rate;                /* by which increments shrink, as far as known */
-    bool old;                   /* the matrix is of an earlier step: its rate is to be measured */
     at_ends ends;
 } tangent;
 

@@ -17,8 +17,6 @@ static const KSPNormType LINEAR_NORM[2] = {KSP_NORM_NONE, KSP_NORM_UNPRECONDITIO
 
 static const double LEAST_RATE = 1e-3;  /* measured: impacts have such rates, a hundred times those before */
 
-static const double WORN = 0.5;      /* rate of increments from which on a new matrix takes less time */
-
 static double larger(double a, double b)
 {
     return b > a ? b : a;
@@ -470,12 +468,10 @@ The rate is that of the last two increments, not trusted below LEAST_RATE, and a
 content with one. */
 static bool enough(tangent *T, double size)
 {
-    const bool first = T->last == 0, stalls = !first && !T->old && size > T->last / 2;
+    const bool first = T->last == 0, stalls = !first && size > T->last / 2;
     T->rate = first ? 1.1 * T->rate : size / T->last;
     T->rate = larger(LEAST_RATE, T->rate < 1 ? T->rate : 1);
     T->last = larger(size, 1e-300);
-    if (first && T->old)
-        return false;
     return T->rate * size <= larger(T->enough * T->size, T->quiet) ||
            (stalls && size <= larger(T->rough * T->size, 10 * T->quiet));
 }
@@ -526,7 +522,7 @@ void improve_until(const void *context)
     S->tangent->last = 0;
     for (int k = 0; k < S->most; ++k) {
         do_all(S->works);
-        if (n->improved || (S->tangent->old && k && S->tangent->rate > WORN))
+        if (n->improved)
             break;
     }
 }

@@ -30,9 +30,6 @@ ENOUGH, ROUGH = 1e-6, 1e-3
 #: Rounding of unknowns, of their typical sizes: at rest, and in motion over gamma^2.
 ROUNDING, OF_MOTION = 1e-13, 5e-16
 MOST = 12  #: increments
-#: Rate by which increments may shrink with the matrix of an earlier step: it is kept where it serves one number only.
-#: Increments are smaller then, since they miss the same part of the derivative step by step.
-SLOW, OLD = 0.03, 0.1
 #: Change of the unknowns to a neighbour on one side, in their typical sizes, by which curvature and rounding are alike;
 #: and the least derivative of a start by which one is placed.
 APART, LEAST = 2e-6, 0.01
@@ -121,10 +118,6 @@ class Tangent:
         self.past = Past(self.near.problem.evolutions(), self.u, simulation.scheme)
         self._predictor, self._time, self._made_for = Predictor(), np.zeros(1), None
         self._leads, self.solver = leader is None, self.near.simulation.newton if leader is None else leader.solver
-        #: Whether the matrix is for this one only, and serves for another step
-        self._alone, self._keeps = self._leads, False
-        if leader is not None:
-            leader._alone = False
         callbacks = self.solver.system.callbacks
         self._renew = callbacks.work("renew_matrix")
         self._increment = callbacks.improving_tangent(self._residual, self.u, ENOUGH, ROUGH)
@@ -182,19 +175,13 @@ class Tangent:
         self._time[0] = self.simulation.problem.time[0]
         if self._leads:
             self._set_up_matrix()
-        self._increment.context.old = self._keeps
-        self._increment.context.enough = ENOUGH * (OLD if self._keeps else 1)
-        self._go_on() if self._keeps else self._step()
-        if self._keeps and not self.solver.numbers.improved:
-            self._increment.context.old, self._increment.context.enough = False, ENOUGH
-            self._step()
+        self._step()
         if not self.solver.numbers.improved:
             self.solver.choose_solver("mumps")  # with pivots
             self._renew()
             self._step()
             if not self.solver.numbers.improved:
                 self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
-        self._keeps = self._alone and self.simulation.system.law is None and self._increment.context.rate < SLOW
 
     def finish(self) -> None:
         """Make past of it, when the run has."""
@@ -206,8 +193,7 @@ class Tangent:
 
     def _set_up_matrix(self):
         system, law = self.solver.system, self.simulation.system.law
-        if system.set_scales(self.simulation.system.gamma):
-            self._keeps = False
+        system.set_scales(self.simulation.system.gamma)
         if law is not None:
             system.law.slack[:] = law.slack
 
@@ -233,7 +219,7 @@ class Tangent:
         read = [*past.reading()[:1], *(function for one in past_of for function in one.reading()[1:])]
         for place in past.computed:
             read.append(self._difference(_new(self)[place], lambda one, p=place: _new(one)[p]))
-        begin = (
+        self._step = together(
             *(self.own.follow() if self.own and self._leads else ()),
             make_histories,
             predict,
@@ -241,8 +227,7 @@ class Tangent:
             *move,
             *(f for one in sides for f in one.clock()),
             self._difference(self.u, lambda one: one.system.u),
-        )
-        end = (
+            *([self._renew] if self._leads else []),
             self.solver.system.callbacks.until_improved(self._increment, improve, MOST),
             *(one.moved(one.system.last_residual, run.system.last_residual, self._residual) for one in sides),
             *(one.simulation.read_end_forces for one in sides),
@@ -250,8 +235,6 @@ class Tangent:
             find_rates,
             *(f for one in sides for f in one.problem.when_accepted()),
         )
-        self._go_on = together(*begin, *end)
-        self._step = together(*begin, self._renew, *end) if self._leads else self._go_on
         touched = [buoy.part.slice for buoy in run.problem.buoys.values()]
         self._accept = together(
             *(self._difference(rate, lambda one, k=k: _arrays(one)[k]) for k, rate in enumerate(self._memory)),
