@@ -25,7 +25,7 @@ NO_NUMBER = ("elements", "grading", "position_degree", "tension_degree", "seed",
 NEAR, STIFF = 1e-4, 1e-3
 #: ... of lengths where a line may land or come taut: there is no derivative across such a kink.
 WITH_KINKS = 1e-6
-#: ... in a run, to one side: of what shifts it in time, of what else moves the unknowns much, of lengths with kinks.
+#: ... in a run, to one side: of what shifts it in time, of what else moves the unknowns much, of motions with kinks.
 OF_PERIODS, ONE_SIDED, ALONG_KINKS = 1e-6, 3e-6, 1e-5
 
 
@@ -130,9 +130,11 @@ def _apart(scene: Scene, parameters: list[Parameter]) -> list[Parameter]:
         if ".hull." in one.key:  # sides of a cylinder, which is a cone to either side
             return one
         moves = one.key.startswith("waves.") or ".top." in one.key
+        if kinks and of_length and not moves:  # a point that lands for one neighbour must not for the other
+            return replace(one, distance=WITH_KINKS)
         if kinks:
             distance = WITH_KINKS if of_length else NEAR
-            return replace(one, distance=distance, near=ALONG_KINKS if of_length or moves else NEAR, surely=True)
+            return replace(one, distance=distance, near=ALONG_KINKS if moves else NEAR, surely=True)
         return replace(one, near=OF_PERIODS if moves and one.unit == "s" else ONE_SIDED, surely=moves)
 
     return [distances(one) for one in parameters]
