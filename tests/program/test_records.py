@@ -90,6 +90,13 @@ def test_every_variable_is_there(finished):
     assert run.attrs["unknowns"] == 6 * 3 + 6 + 19
 
 
+def test_steps_lie_together_in_the_file_and_frames_alone(finished):
+    """So a series is read by few pieces, and a frame by one."""
+    with netCDF4.Dataset(finished[0] / "results.nc") as file:
+        assert file["tension_top"].chunking()[0] > 100
+        assert file["cable_position"].chunking()[0] == 1
+
+
 def test_variables_are_consistent(finished):
     run = alone(finished[1])
     assert run.time.values == pytest.approx(0.02 * np.arange(16), abs=1e-12)

@@ -30,6 +30,19 @@ def off(sentence):
     return float(re.search(r"([\d.e+-]+) % off", sentence)[1])
 
 
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("short", ["tension_top", "tension_anchor", "buoy_position", "cone_angle"]),
+        ("driven", ["tension_top", "tension_anchor"]),
+        ("hanging-chain", ["tension_anchor"]),
+    ],
+)
+def test_what_varies(name, expected):
+    """A free end has no tension of its own."""
+    assert quantities_of(load_scene(name)) == expected
+
+
 @pytest.mark.parametrize("waves", [LOW, LOW_SEA | {"spreading": 3.0}], ids=["regular", "irregular"])
 @pytest.mark.parametrize("name", ["short", pytest.param("three-legs", marks=pytest.mark.slow)])
 def test_low_waves(name, waves):
