@@ -376,8 +376,9 @@ class Lines(Layout, Masses):
             means = first + self.mean_dofs
             blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
         if self.moment_dofs is not None:
-            # Rows are angles times EI.  At rest 0.01 and 1 lead some lines astray; in motion their rounding counts.
-            EI, share = float(self.typical_EI.value), 1.0 if self.dynamic else 0.1
+            # Rows are angles times EI.  At rest 0.01 and 1 lead some lines astray; in motion their rounding counts, and
+            # with 1 they rule what a kept matrix leaves, so that the line search shortens its steps.
+            EI, share = float(self.typical_EI.value), 30.0 if self.dynamic else 0.1
             # Rounding of EI r'' was measured as 4 EI L over the squared distance of nodes.
             dofs, between = first + self.moment_dofs.ravel(), h / max(c.position_degree for c in self.sections)
             noise = 10 * EI * L / between**2 if self.dynamic else 0.0

@@ -41,6 +41,8 @@ COLLECTED = 16
 #: Where lines bend an iteration that brings the residual down by this and the next by nothing has come to rounding,
 #: which the angles of long lines have so much of that increments with a kept matrix would not get below the tolerance.
 FAST = 1e-4
+#: ... and a matrix is dearer: it is kept after a solve of fewer iterations than this.
+MANY = 5
 
 
 class Problem:
@@ -109,7 +111,7 @@ class Problem:
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
         if self.network.bends:
-            self.newton.numbers.fast = FAST
+            self.newton.numbers.fast, self.newton.numbers.many = FAST, MANY
         if self.lines and self.lines.turnable.any():
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
             self._least = np.zeros(1)

@@ -348,7 +348,7 @@ def test_energy(degree, elements):
 @pytest.mark.parametrize(("name", "end"), [("long", 6.0), ("driven", 10.0), ("lazy-wave", 10.0)])
 def test_matrices_are_kept_where_lines_bend(name, end):
     """New matrices and iterations of a step, by which a step with bending is less than 2.2 times as dear as one without
-    (benchmarks/stiff_lines.py): no more matrices than without, a quarter more iterations at most, whatever EI."""
+    (benchmarks/stiff_lines.py): no more matrices than without, half as many iterations again at most, whatever EI."""
     cost = {}
     for EI in (0.0, 1e-6, 1e2, 1e4, 1e6):
         cable = {"bending_stiffness": EI, "slack": "compressive"}
@@ -356,7 +356,7 @@ def test_matrices_are_kept_where_lines_bend(name, end):
         steps = sum(1 for _ in simulation.run())
         cost[EI] = simulation.newton.numbers.jacobians_total / steps, simulation.iterations / steps
     assert max(cost[EI][0] for EI in (1e2, 1e4)) < 1.05 * cost[0.0][0]
-    assert max(iterations for _, iterations in cost.values()) < 1.25 * cost[0.0][1]
+    assert max(iterations for _, iterations in cost.values()) < 1.5 * cost[0.0][1]
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
