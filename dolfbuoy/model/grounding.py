@@ -52,7 +52,8 @@ class Points:
             order = np.argsort(xi)
             xi, self.presses = xi[order], order >= len(nodes)
         self.s, self.line = first + xi * size, lines.line_of_cell
-        power, coefficients = np.arange(ends.shape[1]), np.linalg.inv(nodes[:, None] ** np.arange(ends.shape[1]))
+        power = np.arange(ends.shape[1])
+        coefficients = np.linalg.inv(nodes[:, None] ** power)
         self._basis = xi[:, None] ** power @ coefficients
         self._slopes = power[1:] * xi[:, None] ** power[:-1] @ coefficients[1:]
 

@@ -42,8 +42,8 @@ class Bending:
         self._cables, self._begins = np.unique(cable[self._by_cable], return_index=True)
         s = lines.node_s[owned]
         order = np.lexsort((s, lines.line_of_node[owned]))
-        moments = Moments(problem)
-        self._bent, self._moments, self._measure = moments.bent, moments.sizes, together(*moments.works)
+        self.moments = Moments(problem)
+        self._measure = together(*self.moments.works)
         self._ends = []  #: (cable, column, node) of the ends that this rank owns
         for cable in range(len(network.cables)):
             for column, (k, end) in enumerate(((network.first_of(cable), 0), (network.last_of(cable), 1))):
@@ -54,8 +54,8 @@ class Bending:
     def _sizes(self) -> NDArray[Any]:
         """Moments in the nodes of this rank [N m]."""
         self._measure()
-        found = np.zeros(len(self._bent))
-        found[self._bent] = self._moments
+        found = np.zeros(len(self.moments.bent))
+        found[self.moments.bent] = self.moments.sizes
         return found
 
     def curvatures(self) -> NDArray[Any]:

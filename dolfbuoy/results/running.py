@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError
-from ..model.moments import Moments
 from ..scene.network import Network
 from ..scene.settings import ramp_of
 from ..solver.vector_ops import smallest, together, widening
@@ -40,14 +39,13 @@ class Extremes:
         part: Any = problem.lines.part if problem.lines else None
         unknowns = problem.system.u[part.slice if part else slice(0)]
         self._ramp = ramp_of(problem.scene) * AFTER
-        bends = problem.network.bends
-        moments, n = Moments(problem) if bends else None, len(unknowns)
-        self._bent = moments.bent if moments else np.zeros(0, bool)
-        sizes = moments.sizes if moments else np.zeros(0)
-        self._per_moment = Bending(problem).per_moment if bends else np.zeros(0)
+        bending, n = Bending(problem) if problem.network.bends else None, len(unknowns)
+        self._bent = bending.moments.bent if bending else np.zeros(0, bool)
+        sizes = bending.moments.sizes if bending else np.zeros(0)
+        self._per_moment = bending.per_moment if bending else np.zeros(0)
         self.kept = np.empty((2, 2, n + len(sizes)))
         self.kept[:, 0], self.kept[:, 1] = np.inf, -np.inf
-        measure = moments.works if moments else []
+        measure = bending.moments.works if bending else []
         self._until, self._after = (
             together(widening(unknowns, *rows[:, :n]), *measure, widening(sizes, *rows[:, n:])) for rows in self.kept
         )

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 import dolfbuoy
 
 G = 9.81
+INEXTENSIBLE = {"axial_stiffness": float("inf"), "position_degree": 2, "tension_degree": 1}
 
 
 def test_chain_on_a_bed():
@@ -31,13 +32,11 @@ def test_chain_on_a_bed():
     scene = {
         "sea": {"depth": height},
         "seabed": {"stiffness": 1e9},
-        "cable": {
+        "cable": INEXTENSIBLE
+        | {
             "length": length,
             "line_density": density,
             "diameter": diameter,
-            "axial_stiffness": float("inf"),
-            "position_degree": 2,
-            "tension_degree": 1,
             "elements": 400,
             "top": {"kind": "fixed", "position": [reach, 0.0, 0.0]},
         },
@@ -63,13 +62,11 @@ def test_streamer():
     scene = {
         "sea": {"depth": 100.0},
         "current": {"speed": speed},
-        "cable": {
+        "cable": INEXTENSIBLE
+        | {
             "length": length,
             "line_density": density,
             "diameter": diameter,
-            "axial_stiffness": float("inf"),
-            "position_degree": 2,
-            "tension_degree": 1,
             "elements": 4,
             "normal_drag": across,
             "tangential_drag": along,
