@@ -101,6 +101,7 @@ typedef struct {                /* what Python reads and changes too */
     bool in_order;              /* it has converged, and nothing failed on the way */
     int many;                   /* iterations after which a matrix is not kept */
     bool improved;              /* the last increment outside of Newton's method was small enough */
+    int missed;                 /* how many derivatives none was small enough for */
     bool clocked;               /* count the seconds of this process in `seconds` */
     double seconds;
 } numbers;

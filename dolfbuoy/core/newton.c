@@ -518,11 +518,10 @@ void improve_tangent(const void *context)
 void improve_until(const void *context)
 {
     const improvement *S = context;
-    const numbers *n = S->tangent->newton->numbers;
+    numbers *n = S->tangent->newton->numbers;
     S->tangent->last = 0;
-    for (int k = 0; k < S->most; ++k) {
+    n->improved = false;
+    for (int k = 0; k < S->most && !n->improved; ++k)
         do_all(S->works);
-        if (n->improved)
-            break;
-    }
+    n->missed += !n->improved;
 }

@@ -1,4 +1,4 @@
-"""Derivatives of a run by a number of its scene, step by step with it.
+"""Derivatives of a run by numbers of its scene, step by step with it.
 
 A neighbour of the scene, at p + eps, shows how the equations of a step change; the unknowns follow with the Jacobian J:
 
@@ -9,14 +9,19 @@ u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivat
 what Newton's method has left.  Rules of a scheme are linear in what is past, so that the past of derivatives is a
 `Past` too.  Steps, and which elements are slack, are the run's.  J is that of a neighbour at the predicted derivative,
 so that the run keeps its own; one increment is enough where the prediction is good.  One factorisation serves the
-derivatives by all numbers.
+derivatives by all numbers, and one `Past` holds them all.
 """
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..elsewhere import MPI
+from ..model.interface import Evolution
 from ..parallel.ranks import allreduce
 from ..scene import Scene
 from ..solver.vector_ops import combination, copies, together
@@ -52,14 +57,19 @@ class Neighbour:
         """Function that makes an array of this one that of the run at x."""
         return copies([(to, of_run)]) if rate is None else combination(to, [of_run, rate], np.array([1.0, self.x]))
 
-    def given(self, past=None, memory=()) -> Iterator[Callable]:
-        """Functions that hand it the time, the histories and the memory of the run; past, memory: their derivatives."""
+    def given(self, histories=(), memory=()) -> Iterator[Callable]:
+        """Functions that hand it the time, the histories and the memory of the run.
+
+        histories: (level, place, derivative of what stands there), ...; memory: derivatives; without: those of the run.
+        """
         run, operations = self.run, self.past.operations
         yield copies([(self.problem.time, run.problem.time), (operations.gammas, run.past.operations.gammas)])
-        for k, (to, of_run) in enumerate(zip(self.past.series, run.past.series, strict=True)):
-            yield self.moved(to.history, of_run.history, past.series[k].history if past else None)
-        for k, (to, of_run) in enumerate(zip(self.memory, _arrays(run), strict=True)):
-            yield self.moved(to, of_run, memory[k] if past else None)
+        levels = [(to.history, of_run.history) for to, of_run in zip(self.past.series, run.past.series, strict=True)]
+        for k, place, rate in histories or [(k, slice(None), None) for k in range(len(levels))]:
+            to, of_run = levels[k]
+            yield self.moved(to[place], of_run[place], rate)
+        for to, of_run, rate in itertools.zip_longest(self.memory, _arrays(run), memory):
+            yield self.moved(to, of_run, rate)
         yield operations.begin[1]
 
     def follow(self) -> Iterator[Callable]:
@@ -71,116 +81,183 @@ class Neighbour:
         return *self.problem.clock(), self.system.read_given
 
 
-class Tangent:
-    """Derivative of a Simulation by x, of which its scene is a function.
+class Direction(Protocol):
+    """A number x on which scenes depend, in which there are neighbours of a run.
 
-    scene_at: x -> Scene, whose numbers but no sizes of arrays depend on x; 0 is the run's.  make: Scene -> Simulation
-    at its start.  After each step unknowns, memory and forces at ends of `near`, a neighbour, are those of the run
-    there, so that what is read of it differs from that of `other` by the derivative times the distance `apart`.
-    `other` is the run if its start changes with x, and the neighbour then so near that it changes little, if
-    `near` is not 0; or, `surely`, at `near`.  Else they are neighbours at -eps and eps, whose difference has less
-    rounding and curvature in it, for more time.  leader: an earlier Tangent of the same run, whose matrix serves this
-    one too.  fault: a sentence, where no derivative was found; nothing follows then.
+    scene_at: of a run's scene, that at x; sizes of arrays are the same.  distance, near, surely: see `Pair`.
     """
 
-    def __init__(
-        self,
-        simulation: Simulation,
-        scene_at: Callable[[float], Scene],
-        make: Callable[[Scene], Simulation],
-        eps: float = 1e-4,
-        leader: "Tangent | None" = None,
-        near: float = 0.0,
-        surely: bool = False,
-    ) -> None:
-        run = self.simulation = simulation
-        there = [(near, make(scene_at(near)))] if near else []
-        if there and not surely:
+    distance: float
+    near: float
+    surely: bool
+
+    def scene_at(self, scene: Scene, x: float) -> Scene: ...
+
+
+class Pair:
+    """Two simulations next to a run, whose difference is a derivative of it times the distance `apart`.
+
+    make: Scene -> Simulation at its start.  After each step unknowns, memory and forces at ends of `near`, a neighbour,
+    are those of the run there; `other` is the run if its start changes with x, and the neighbour then so near that it
+    changes little, if the direction's `near` is not 0; or, `surely`, at `near`.  Else they are neighbours at -distance
+    and distance, whose difference has less rounding and curvature in it, for more time.
+    """
+
+    def __init__(self, run: Simulation, direction: Direction, make: Callable[[Scene], Simulation]) -> None:
+        def at(x):
+            return make(direction.scene_at(run.scene, x))
+
+        self.run, self._at, near, eps = run, at, direction.near, direction.distance
+        there = [(near, at(near))] if near else []
+        if there and not direction.surely:
             size = self._size(there[0][1], near)
             x = min(APART / size, eps) if size > LEAST else 0.0
             if not near / 2 < x < 2 * near:
                 there.pop()[1].problem.destroy()
-                there = [(x, make(scene_at(x)))] if x else []
+                there = [(x, at(x))] if x else []
         to_one_side = bool(there)
-        there = there or [(x, make(scene_at(x))) for x in (eps, -eps)]
+        there = there or [(x, at(x)) for x in (eps, -eps)]
         self.sides = [Neighbour(run, one, x) for x, one in there]
-        self.near = self.sides[0]
-        self.other, self.apart = (run, self.near.x) if to_one_side else (self.sides[1].simulation, 2 * eps)
-        #: The run's own equations, where it has others than its neighbours, after the first evaluation of a step
-        self.own: Neighbour | None = None
-        if leader is not None:
-            self.own = leader.own
-        elif simulation.problem.samples_once:
-            self.own = Neighbour(simulation, make(simulation.scene), 0.0)
-        u = simulation.system.u
-        self.u, self._residual = np.zeros_like(u), np.zeros_like(u)
-        self._memory = [np.zeros_like(one) for one in _arrays(simulation)]
-        self.past = Past(self.near.problem.evolutions(), self.u, simulation.scheme)
-        self._predictor, self._time, self._made_for = Predictor(), np.zeros(1), None
-        self._leads, self.solver = leader is None, self.near.simulation.newton if leader is None else leader.solver
-        callbacks = self.solver.system.callbacks
-        self._renew = callbacks.work("renew_matrix")
-        self._increment = callbacks.improving_tangent(self._residual, self.u, ENOUGH, ROUGH)
-        self.fault = ""
-        if run.at_rest:
-            self._start(self.other, self.near.simulation, self.apart)
-        else:
-            pair = [make(scene_at(x)) for x in (-FAR, FAR)]
-            self._start(*pair, 2 * FAR)
-            for one in pair:
-                one.problem.destroy()
-        run.followers.append(self.follow)
-        run.finishers.append(self.finish)
+        self.near = self.sides[0].simulation
+        self.other, self.apart = (run, self.sides[0].x) if to_one_side else (self.sides[1].simulation, 2 * eps)
+        self.memory = [np.zeros_like(one) for one in _arrays(run)]  #: derivatives
 
     def _size(self, near, x):
         """Size of the derivative of a start, in typical sizes of the unknowns."""
-        run, visible = self.simulation, self.simulation.system.numbering.visible
+        run, visible = self.run, self.run.system.numbering.visible
         change = (near.system.u - run.system.u)[visible] / near.system.unknown_scales
         largest = float(allreduce(run.comm, np.abs(change).max(initial=0.0), MPI.MAX))
         return max(largest / x, 1e-300) if run.at_rest else 1e-300
 
-    def _start(self, low, high, apart):
-        """Take the differences of two starts."""
-        run = self.simulation
-        self.u[:] = (high.system.u - low.system.u) / apart
-        for rate, below, above in zip(self._memory, _arrays(low), _arrays(high), strict=True):
+    def start(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Derivatives at the start: of the unknowns, and of what is past, level by level; those of memory are kept."""
+        far = [] if self.run.at_rest else [self._at(x) for x in (-FAR, FAR)]
+        (low, high), apart = (far, 2 * FAR) if far else ((self.other, self.near), self.apart)
+        for rate, below, above in zip(self.memory, _arrays(low), _arrays(high), strict=True):
             rate[:] = (above - below) / apart
-        state = run.past.state()
-        for level, one in state.items():
-            below, above = (np.array(end.past.state()[level]["rows"]) for end in (low, high))
-            one["rows"] = (above - below) / apart
+        below, above = ([np.array(level["rows"]) for level in one.past.state().values()] for one in (low, high))
+        change = high.system.u - low.system.u
+        for one in far:
+            one.problem.destroy()
+        return change / apart, [(b - a) / apart for a, b in zip(below, above, strict=True)]
+
+    def difference(self, out, get):
+        """Function that makes `out` the derivative of an array of simulations."""
+        return combination(out, [get(self.near), get(self.other)], np.array([1.0, -1.0]) / self.apart)
+
+
+@dataclass(frozen=True)
+class InDirection:
+    """What evolves in one derivative, among those of all: as `Evolution`, but no form reads its rates.
+
+    of: in the scene.  at: place of the derivative of the unknowns among those of all.
+    """
+
+    of: Evolution
+    at: slice
+    rates: tuple[()] = ()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.of, name)
+
+    def reader(self, u, out):
+        """As that of an evolution."""
+        return self.of.reader(u[self.at], out)
+
+    def hand_out(self, level, gamma, history) -> None:
+        """Nothing."""
+
+
+class Tangents:
+    """Derivatives of a Simulation in some directions, which follow its steps.
+
+    u: of the unknowns, (directions, unknowns).  pairs: a Pair for each.  fault: a sentence, where no derivative was
+    found; nothing follows then.
+    """
+
+    def __init__(self, run: Simulation, directions: Sequence[Direction], make: Callable[[Scene], Simulation]) -> None:
+        self.run, self.pairs, self.fault = run, [], ""
+        try:
+            for one in directions:
+                self.pairs.append(Pair(run, one, make))
+            #: The run's own equations, where it has others than its neighbours, after the first evaluation of a step
+            self._own = Neighbour(run, make(run.scene), 0.0) if run.problem.samples_once else None
+        except BaseException:
+            self._own = None
+            self.destroy()
+            raise
+        n = len(run.system.u)
+        self.u, self._residual = np.zeros((len(self.pairs), n)), np.zeros(n)
+        self._all, self._time = self.u.reshape(-1), np.zeros(1)
+        evolutions = [(k, one) for k, pair in enumerate(self.pairs) for one in pair.near.problem.evolutions()]
+        evolutions.sort(key=lambda pair: -pair[1].order)
+        parts = [InDirection(one, slice(k * n, (k + 1) * n)) for k, one in evolutions]
+        self.past = Past(parts, self._all, run.scheme)
+        #: Of each direction, where in `past` its evolutions are, in the order of the run's.
+        self._places: list[list[slice]] = [[] for _ in self.pairs]
+        for (k, _), place in zip(evolutions, self.past.places, strict=True):
+            self._places[k].append(place)
+        self._predictor, self._made_for, self._gamma = Predictor(), None, None
+        self.solver = self.pairs[0].near.newton
+        callbacks = self.solver.system.callbacks
+        self._renew = callbacks.work("renew_matrix")
+        self._increments = [callbacks.improving_tangent(self._residual, one, ENOUGH, ROUGH) for one in self.u]
+        self._start()
+        run.followers.append(self.follow)
+        run.finishers.append(self.finish)
+
+    def _start(self):
+        starts = [pair.start() for pair in self.pairs]
+        self.u[:] = [u for u, _ in starts]
+        state = self.run.past.state()
+        for k, level in enumerate(state.values()):
+            rows = np.zeros((len(level["rows"]), sum(p.stop - p.start for *_, p in self._blocks(k))))
+            for j, place, of_all in self._blocks(k):
+                rows[:, of_all] = starts[j][1][k][:, place]
+            level["rows"] = rows
         self.past.restore(state)
-        self._predictor.add(run.t, self.u)
+        self._predictor.add(self.run.t, self._all)
+
+    def _blocks(self, level):
+        """(direction, place in a series of the run, place in `past`), ... of what evolves with such a derivative."""
+        of_run = self.run.past
+        orders = [evolution.order for evolution in of_run.evolutions]
+        for k, places in enumerate(self._places):
+            for order, group in itertools.groupby(zip(orders, of_run.places, places, strict=True), key=itemgetter(0)):
+                block = list(group)
+                if order > level:
+                    yield k, *(slice(block[0][i].start, block[-1][i].stop) for i in (1, 2))
 
     def destroy(self) -> None:
         """Give PETSc's objects of the neighbours back."""
-        for one in (*self.sides, *([self.own] if self._leads and self.own else [])):
+        own = [self._own] if self._own else []
+        for one in (*(side for pair in self.pairs for side in pair.sides), *own):
             one.problem.destroy()
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def follow(self) -> None:
         """Take the step that the run is about to accept."""
-        run = self.simulation.past
+        run = self.run.past
         if self.fault:
             return
         if run.series and run.series[0].steps_since_start < self.past.series[0].steps_since_start:
             self.past.forget()
         gamma = self.past.prepare(run.operations.step)
-        self._increment.context.quiet = max(ROUNDING, OF_MOTION * gamma**2) / self.apart
+        if gamma != self._gamma:
+            for pair, increment in zip(self.pairs, self._increments, strict=True):
+                increment.context.quiet = max(ROUNDING, OF_MOTION * gamma**2) / pair.apart
+            self._gamma = gamma
         basis = run.operations, self.past.operations, self._predictor.count
         if self._made_for != basis:
             self._make_functions()
             self._made_for = basis
-        self._time[0] = self.simulation.problem.time[0]
-        if self._leads:
-            self._set_up_matrix()
-        self._step()
-        if not self.solver.numbers.improved:
+        self._time[0] = self.run.problem.time[0]
+        self._set_up_matrix()
+        if not self._found():
             self.solver.choose_solver("mumps")  # with pivots
             self._renew()
-            self._step()
-            if not self.solver.numbers.improved:
+            if not self._found():
                 self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
 
     def finish(self) -> None:
@@ -191,58 +268,88 @@ class Tangent:
         self.past.count_step()
         self._predictor.counted()
 
+    def _found(self):
+        """Take the step; whether all increments became small."""
+        self.solver.numbers.missed = 0
+        self._step()
+        return not self.solver.numbers.missed
+
     def _set_up_matrix(self):
-        system, law = self.solver.system, self.simulation.system.law
-        system.set_scales(self.simulation.system.gamma)
+        system, law = self.solver.system, self.run.system.law
+        system.set_scales(self.run.system.gamma)
         if law is not None:
             system.law.slack[:] = law.slack
 
-    def _difference(self, out, get):
-        """Function that makes `out` the derivative of an array of simulations."""
-        return combination(out, [get(self.near.simulation), get(self.other)], np.array([1.0, -1.0]) / self.apart)
-
     def _make_functions(self):
-        run, past, sides = self.simulation, self.past, self.sides
+        past, numbers = self.past, range(len(self.pairs))
         make_histories, _ = past.operations.begin
         *_, find_rates = past.operations.find_rates
         *_, advance = past.operations.accept
-        predict, remember = self._predictor.functions(self._time, self.u)
-        move = [one.moved(one.u, run.system.u, self.u) for one in sides]
-        residuals = [one.system.last_residual for one in (self.near, *(sides[1:] or [self.own or run]))]
-        improve = (
-            *(one.evaluate for one in sides),
-            combination(self._residual, residuals, np.array([1.0, -1.0]) / self.apart),
-            self._increment,
-            *move,
-        )
-        past_of = [run.past, *(one.past for one in sides)]
-        read = [*past.reading()[:1], *(function for one in past_of for function in one.reading()[1:])]
-        for place in past.computed:
-            read.append(self._difference(_new(self)[place], lambda one, p=place: _new(one)[p]))
+        predict, remember = self._predictor.functions(self._time, self._all)
+        read = [
+            *self.run.past.reading()[1:],
+            *past.reading()[:1],
+            *(function for k in numbers for function in self._reading(k)),
+        ]
         self._step = together(
-            *(self.own.follow() if self.own and self._leads else ()),
+            *(self._own.follow() if self._own else ()),
             make_histories,
             predict,
-            *(f for one in sides for f in one.given(past, self._memory)),
-            *move,
-            *(f for one in sides for f in one.clock()),
-            self._difference(self.u, lambda one: one.system.u),
-            *([self._renew] if self._leads else []),
-            self.solver.system.callbacks.until_improved(self._increment, improve, MOST),
-            *(one.moved(one.system.last_residual, run.system.last_residual, self._residual) for one in sides),
-            *(one.simulation.read_end_forces for one in sides),
+            *(function for k in numbers for function in self._taking(k)),
             *read,
             find_rates,
-            *(f for one in sides for f in one.problem.when_accepted()),
+            *(f for pair in self.pairs for one in pair.sides for f in one.problem.when_accepted()),
         )
-        touched = [buoy.part.slice for buoy in run.problem.buoys.values()]
         self._accept = together(
-            *(self._difference(rate, lambda one, k=k: _arrays(one)[k]) for k, rate in enumerate(self._memory)),
-            *(self._difference(self.u[p], lambda one, p=p: one.system.u[p]) for p in touched),
+            *(function for k in numbers for function in self._accepting(k)),
             *read,
             advance,
             remember,
         )
+
+    def _taking(self, k):
+        """Functions that find the derivative of the unknowns in a direction."""
+        run, pair, rate, increment = self.run, self.pairs[k], self.u[k], self._increments[k]
+        sides, series = pair.sides, self.past.series
+        histories = [
+            (level, place, series[level].history[of_all])
+            for level in range(len(series))
+            for j, place, of_all in self._blocks(level)
+            if j == k
+        ]
+        move = [one.moved(one.u, run.system.u, rate) for one in sides]
+        residuals = [one.system.last_residual for one in (sides[0], *(sides[1:] or [self._own or run]))]
+        improve = (
+            *(one.evaluate for one in sides),
+            combination(self._residual, residuals, np.array([1.0, -1.0]) / pair.apart),
+            increment,
+            *move,
+        )
+        yield from (function for one in sides for function in one.given(histories, pair.memory))
+        yield from move
+        yield from (function for one in sides for function in one.clock())
+        yield pair.difference(rate, lambda one: one.system.u)
+        if k == 0:
+            yield self._renew
+        yield self.solver.system.callbacks.until_improved(increment, improve, MOST)
+        yield from (one.moved(one.system.last_residual, run.system.last_residual, self._residual) for one in sides)
+        yield from (one.simulation.read_end_forces for one in sides)
+
+    def _reading(self, k):
+        """Functions that make what is new of entries that are no unknowns, but functions of these."""
+        pair, computed = self.pairs[k], self.run.past.computed
+        yield from (function for one in pair.sides for function in one.past.reading()[1:])
+        for place, of_all in zip(self.run.past.places, self._places[k], strict=True):
+            if place in computed:
+                yield pair.difference(_new(self.past)[of_all], lambda one, p=place: _new(one.past)[p])
+
+    def _accepting(self, k):
+        """Functions that take what the run and its neighbours have touched up."""
+        pair, touched = self.pairs[k], [buoy.part.slice for buoy in self.run.problem.buoys.values()]
+        for i, rate in enumerate(pair.memory):
+            yield pair.difference(rate, lambda one, i=i: _arrays(one)[i])
+        for place in touched:
+            yield pair.difference(self.u[k][place], lambda one, p=place: one.system.u[p])
 
 
 def _arrays(simulation):
@@ -250,6 +357,6 @@ def _arrays(simulation):
     return [values.reshape(-1) for memory in simulation.memory for values in memory.values()]
 
 
-def _new(one):
+def _new(past):
     """Entries at the end of the step."""
-    return one.past.series[0].rows[NEW]
+    return past.series[0].rows[NEW]

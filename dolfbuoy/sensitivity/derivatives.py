@@ -1,7 +1,6 @@
 """Derivatives of a run, or of an equilibrium, by numbers of its scene."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from ..errors import InputError, SolveError
 from ..model.pool import Pool
 from ..model.problem import Problem
 from ..motion.simulation import Simulation
-from ..motion.tangent import Tangent
+from ..motion.tangent import Tangents
 from ..parallel import interruption
 from ..results.folder import keep, make_ready
 from ..results.measured import window_start
@@ -96,35 +95,33 @@ def of_run(
     """
     if any(piece.section.fails_at for piece in scene.network.pieces):
         raise InputError("fails_at: nothing has a derivative across the instant in which a line parts.")
-    run, pool, tangents = Simulation(scene, comm), Pool(), []
+    run, pool, made = Simulation(scene, comm), Pool(), []
 
     def neighbour(other):
         return Simulation(other, comm, problem=Problem(other, True, comm), pool=pool)
 
     try:
-        for p in parameters:
-            leader = tangents[0] if tangents else None
-            at = partial(p.scene_at, scene)
-            tangents.append(Tangent(run, at, neighbour, p.distance, leader, p.near, p.surely))
-        seen = list(dict.fromkeys([run, *(one for t in tangents for one in (t.other, t.near.simulation))]))
+        made.append(tangents := Tangents(run, parameters, neighbour))
+        seen = list(dict.fromkeys([run, *(one for pair in tangents.pairs for one in (pair.other, pair.near))]))
         notes, times = _Notes(seen), [0.0]
         notes.add()
         for _ in run.run():
             times.append(run.t)
             notes.add()
-            if fault := next((t.fault for t in tangents if t.fault), ""):
-                raise SolveError(fault)
+            if tangents.fault:
+                raise SolveError(tangents.fault)
             interruption.check()
             if progress is not None:
                 progress(run)
         labels = notes.observers[0].labels()
         values = dict(zip(seen, notes.values(), strict=True))
     finally:
-        for one in (*tangents, run.problem):
+        for one in (*made, run.problem):
             one.destroy()
         pool.clear()
-    pairs = [(values[t.other], values[t.near.simulation]) for t in tangents]
-    return _dataset(scene, parameters, values[run], pairs, [t.apart for t in tangents], labels, np.array(times))
+    pairs = [(values[pair.other], values[pair.near]) for pair in tangents.pairs]
+    apart = [pair.apart for pair in tangents.pairs]
+    return _dataset(scene, parameters, values[run], pairs, apart, labels, np.array(times))
 
 
 def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":

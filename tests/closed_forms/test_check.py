@@ -11,7 +11,7 @@ from alone import solve_static
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from dolfbuoy import load_scene
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.check import check, derived
 from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.prescribed_ends import motion_of
@@ -389,3 +389,10 @@ def test_a_motion_that_swings_beyond_its_rows(ends, said):
     assert (beyond > 1) == said
     assert len(warnings) == said
     assert all(f"The motion of the top goes {beyond:.2g} % of its range beyond" in sentence for sentence in warnings)
+
+
+def test_a_start_that_no_line_can_have_is_refused():
+    """Straight from end to end, which an inextensible line of another length cannot be."""
+    line = {"from": [0.0, 0.0, 0.0], "length": 10.0, "line_density": 1.0, "to": [0.0, 0.0, 9.0]}
+    with pytest.raises(InputError, match="initial"):
+        check({"cable": [line | {"axial_stiffness": math.inf}], "initial": {"kind": "straight"}})

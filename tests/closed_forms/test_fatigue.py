@@ -15,6 +15,7 @@ from mpi_helpers import needs_mpirun, start_scenes
 
 from dolfbuoy import InputError, load_scene, simulate, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.commands.statistics import _lives, _of_lives
 from dolfbuoy.results.lifetime import lifetime
 from dolfbuoy.results.record import read
 from dolfbuoy.results.sample import YEAR, Fatigue, sample_of
@@ -390,6 +391,13 @@ def test_the_command_shows_lives(two, call, tmp_path):
     assert (code, err) == (0, "")
     assert "over safety factor 10" in " ".join(out.split())
     assert "Fatigue by 6e10 MPa^3, ranges over 3771.5 mm², bar thinner by 1 mm" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(("factor", "columns"), [(1.0, ["20"]), (5.0, ["20", "4"])])
+def test_a_factor_of_one_has_no_column(factor, columns):
+    """Life in years by a Miner sum of a year, as it is and over the safety factor."""
+    assert _lives(0.05, factor, math.nan) == columns
+    assert len(_of_lives(factor)) == len(columns)
 
 
 def test_a_life_over_a_scatter_diagram(tmp_path):

@@ -206,3 +206,22 @@ def test_ranks(tmp_path):
     alone, together = simulate(scene), read(tmp_path / "groups" / "results.nc")
     for quantity in QUANTITIES:
         assert apart(alone, together, quantity) < 1e-8, quantity
+
+
+def test_a_line_that_bends_beside_one_that_does_not():
+    """Of the same degrees; each is at rest as it is alone."""
+    common = {"length": 12.0, "line_density": 5.0, "axial_stiffness": 1e6, "position_degree": 2, "tension_degree": 1}
+    lines = {
+        "stiff": common | {"from": [0.0, 0.0, 0.0], "to": [9.0, 0.0, 1.0], "bending_stiffness": 2e3, "elements": 6},
+        "soft": common | {"from": [0.0, 5.0, 0.0], "to": [8.0, 5.0, 0.0], "elements": 6},
+    }
+
+    def ends(*names):
+        problem = solve_equilibrium(load_scene({"cable": [{"name": n} | lines[n] for n in names]}), MPI.COMM_SELF)
+        found = problem.end_forces()["end_tension"]
+        problem.destroy()
+        return found
+
+    both = ends("stiff", "soft")
+    np.testing.assert_allclose(both, np.concatenate([ends("stiff"), ends("soft")]), rtol=1e-8, atol=1e-6)
+    assert abs(both[0] - both[1]).max() > 1.0

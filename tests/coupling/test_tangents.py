@@ -4,7 +4,6 @@ Source: central differences of whole runs of the same steps; closed forms at res
 dimensional analysis.
 """
 
-from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,7 +16,7 @@ import dolfbuoy
 from dolfbuoy.accuracy.outputs import numbers_of, series_after
 from dolfbuoy.errors import InputError
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.motion.tangent import Tangent
+from dolfbuoy.motion.tangent import Tangents
 from dolfbuoy.results.quantities import QUANTITIES
 from dolfbuoy.results.series import Series
 from dolfbuoy.sensitivity.derivatives import _outputs, of_equilibrium, of_run
@@ -101,14 +100,14 @@ def difference(scene, parameter, steps, eps):
 def derivative(scene, parameter):
     """Steps of a run, and before which its past begins anew; its derivatives."""
     run = Simulation(scene)
-    at = partial(parameter.scene_at, scene)
-    tangent = Tangent(run, at, Simulation, parameter.distance, near=parameter.near, surely=parameter.surely)
+    tangents = Tangents(run, [parameter], Simulation)
+    (pair,) = tangents.pairs
     anew, steps, rows = [], [], []
     run.followers.append(lambda: anew.append(run.past.series[0].steps_since_start == 0))
     for h, _ in run.run():
-        assert not tangent.fault
+        assert not tangents.fault
         steps.append(h)
-        rows.append((series(tangent.near.simulation) - series(tangent.other)) / tangent.apart)
+        rows.append((series(pair.near) - series(pair.other)) / pair.apart)
     return list(zip(steps, anew, strict=True)), np.array(rows)
 
 

@@ -392,3 +392,9 @@ def test_area_apart_from_the_diameter_of_the_drag():
     )
     section = load_scene(scene, cable__area=None).network.pieces[0].section
     assert cross_section(section) == pytest.approx(math.pi * 0.01 / 4, rel=1e-14)
+
+
+def test_a_free_buoy_is_held_where_it_started():
+    """Work of the spring's force -k (x - x_0) on a displacement, in x and y only."""
+    force, away = 30.0 * np.array([0.2, -0.5, 0.0]), (7.0, 11.0, 13.0)
+    assert buoy.held_horizontally((1.2, 3.5, 9.0), (1.0, 4.0, 2.0), 30.0, away) == pytest.approx(force @ away)

@@ -9,6 +9,8 @@ import sys
 
 import pytest
 
+from dolfbuoy.elsewhere import _ALONE, _alone
+
 HOST = """
 import gc, logging, os, signal, sys
 
@@ -78,3 +80,19 @@ def test_a_host_is_left_as_it_was(first, tmp_path):
     command = [sys.executable, "-c", HOST, first, "argument"]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
     assert done.stdout == "as it was\n", done.stderr[-2000:]
+
+
+@pytest.mark.parametrize(("started", "alone"), [((), True), (("PMI_RANK",), False), (("PMIX_RANK",), False)])
+def test_a_process_alone_starts_mpi_quickly(started, alone, monkeypatch):
+    """Without daemon and network; not one that mpirun or srun has started, and not a user who chooses otherwise."""
+    layer, transport = "OMPI_MCA_pml", "OMPI_MCA_btl"
+    for name in ("PMI_RANK", "PMIX_RANK", *_ALONE):
+        monkeypatch.delenv(name, raising=False)
+    for name in started:
+        monkeypatch.setenv(name, "0")
+    monkeypatch.setenv(transport, "tcp")
+    with _alone():
+        assert (os.environ.get(layer) == "ob1") == alone
+        assert os.environ[transport] == "tcp"
+    assert layer not in os.environ
+    assert os.environ[transport] == "tcp"

@@ -94,7 +94,9 @@ def of_figure(figure, **saved) -> list[str]:
     lines += [f"text {t.get_text()!r} {_of_words(t)}" for t in figure.texts if t.get_text()]
     for axes in figure.axes:
         words = [axes.get_title(), axes.get_title("left"), axes.get_xlabel(), axes.get_ylabel()]
-        lines.append(f"panel {' | '.join(words)} {axes.get_xscale()} {axes.get_yscale()}")
+        spines = "".join(name[0] for name, spine in axes.spines.items() if axes.axison and spine.get_visible())
+        looks = f"{spines} {axes.get_aspect()} {axes.xaxis.label.get_fontsize():.3g} {axes.title.get_fontsize():.3g}"
+        lines.append(f"panel {' | '.join(words)} {axes.get_xscale()} {axes.get_yscale()} {looks}")
         lines.append(
             "limits " + ", ".join(f"~ {low:.5e} {high:.5e}" for low, high in (axes.get_xlim(), axes.get_ylim()))
         )
@@ -127,9 +129,19 @@ def of_figure(figure, **saved) -> list[str]:
         for text in axes.texts:
             x, y = text.xy if hasattr(text, "xy") else text.get_position()
             lines.append(f"text {text.get_text()!r} {_of_words(text)} ~ {x}, ~ {y}")
-        if axes.get_legend():
-            lines.append("legend " + " | ".join(t.get_text() for t in axes.get_legend().get_texts()))
-    return lines
+        lines += _of_legend(axes.get_legend()) if axes.get_legend() else []
+    return [*lines, *(line for legend in figure.legends for line in _of_legend(legend))]
+
+
+def _of_legend(legend) -> list[str]:
+    """Words, their size, columns, frame, and what the words stand beside."""
+    words = " | ".join(text.get_text() for text in legend.get_texts())
+    sizes = sorted({f"{text.get_fontsize():.3g}" for text in legend.get_texts()})
+    columns, title = getattr(legend, "_ncols", 1), legend.get_title().get_text()
+    keys = [f"{_colour(one.get_color())} {one.get_linestyle()}{one.get_marker()}" for one in legend.get_lines()]
+    keys += [_colour(one.get_facecolor()) for one in legend.get_patches()]
+    how = f"{columns} columns, {' '.join(sizes)}, {'framed' if legend.get_frame_on() else 'no frame'} {title}"
+    return [f"legend {words}", f"legend of {how}".rstrip(), f"keys {' | '.join(keys)}"]
 
 
 def _colour(colour, alpha=None) -> str:

@@ -102,6 +102,32 @@ def test_moored_and_free():
     assert {case["held"] for case in hull.cases(load_scene(SCENE))} == {"free"}
 
 
+def test_waves_come_from_where_they_do_in_the_scene():
+    """Or along x, if it has none."""
+    scenes = (SCENE, "short", load_scene("short", waves__direction_deg=40.0))
+    assert [hull.request(scene, "none", None, None)["direction"] for scene in scenes] == [0.0, 150.0, 40.0]
+    assert hull.request("short", "none", 70.0, None)["direction"] == 70.0
+
+
+def test_another_file_of_potential_flow_is_another_case(tmp_path):
+    """Cases are known again by their numbers, so that what is in the file is one of them."""
+    found = []
+    for content in (b"1", b"2"):
+        (tmp_path / "flow.nc").write_bytes(content)
+        found.append(
+            [one for one in hull.cases(load_scene(SCENE), (), 0.0, tmp_path / "flow.nc") if one["part"] == "flow"]
+        )
+    ((first,), (second,)) = found
+    assert first["file"] == second["file"]
+    assert first != second
+
+
+@pytest.mark.parametrize("periods", ["0", "-4", "inf"])
+def test_no_run_has_such_a_period(periods):
+    with pytest.raises(InputError, match="--runs"):
+        hull.request("short", periods, None, None)
+
+
 @pytest.mark.parametrize(
     ("scene", "capytaine", "said"),
     [
