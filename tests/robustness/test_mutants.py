@@ -8,6 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from drawn import Change, modules
 from mutants import ROOT, Copy, all_changes, fault
 
 CHANGES = all_changes()
@@ -56,3 +57,15 @@ def test_the_copy_is_what_is_tested(tmp_path):
     assert copy.failures([test]) == []
     assert copy.with_change(change, [test], 60) == [f"{test}::test"]
     assert (copy.root / "forms/wind.py").read_text() == before == (ROOT / "forms/wind.py").read_text()
+
+
+def test_changes_that_are_drawn():
+    """The same ones by the same number; each is a program, and another one; what is only said of a module stays."""
+    drawn = [Change.drawn(seed, 12, ("dolfbuoy/model/growth", "forms/")) for seed in (3, 3, 4)]
+    sources = [[one.source for one in some] for some in drawn]
+    assert sources[0] == sources[1] != sources[2]
+    for one in drawn[0]:
+        right, wrong = (ast.parse(text) for text in (one.path.read_text(), one.source))
+        assert ast.dump(right) != ast.dump(wrong)
+        assert ast.get_docstring(right) == ast.get_docstring(wrong)
+        assert modules()[one.name] == one.path
