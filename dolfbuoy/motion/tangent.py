@@ -148,7 +148,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class InDirection:
-    """What evolves in one derivative, among those of all: as `Evolution`, but no form reads its rates.
+    """Evolution of a derivative, among those of all: as that of the scene, but no form reads its rates.
 
     of: in the scene.  at: place of the derivative of the unknowns among those of all.
     """
