@@ -43,6 +43,16 @@ def test_what_a_record_and_check_say():
     assert not report.warnings
 
 
+@pytest.mark.parametrize("with_drift", [True, False])
+def test_a_file_without_mean_drift_says_nothing_of_it(with_drift, tmp_path):
+    with xr.open_dataset(REFERENCE / "truncated_cylinder.nc") as data:
+        whole = data.load()
+    (whole if with_drift else whole.drop_vars("mean_drift")).to_netcdf(tmp_path / "file.nc")
+    scene = scene_of("truncated_cylinder", potential_flow=str(tmp_path / "file.nc"))
+    numbers = derived(load_scene(scene, waves={"amplitude": 0.1, "period": 3.0})).numbers
+    assert any("mean drift" in name for name, *_ in numbers) == with_drift
+
+
 #: What is wrong with a file, and words of the sentence about it.
 WRONG = {
     "the damping of another unit": (lambda d: d.assign(radiation_damping=2 * d.radiation_damping), "Haskind"),
