@@ -210,23 +210,23 @@ class Tangents:
         starts = [pair.start() for pair in self.pairs]
         self.u[:] = [u for u, _ in starts]
         state = self.run.past.state()
-        for k, level in enumerate(state.values()):
-            rows = np.zeros((len(level["rows"]), sum(p.stop - p.start for *_, p in self._blocks(k))))
-            for j, place, of_all in self._blocks(k):
-                rows[:, of_all] = starts[j][1][k][:, place]
-            level["rows"] = rows
+        for level, one in enumerate(state.values()):
+            one["rows"] = np.zeros((len(one["rows"]), len(self.past.sizes[level])))
+            for k, (_, past) in enumerate(starts):
+                for place, of_all in self._blocks(k, level):
+                    one["rows"][:, of_all] = past[level][:, place]
         self.past.restore(state)
         self._predictor.add(self.run.t, self._all)
 
-    def _blocks(self, level):
-        """(direction, place in a series of the run, place in `past`), ... of what evolves with such a derivative."""
+    def _blocks(self, k, level):
+        """(place in a series of the run, in `past`), ... of what evolves with such a derivative, in a direction."""
         of_run = self.run.past
         orders = [evolution.order for evolution in of_run.evolutions]
-        for k, places in enumerate(self._places):
-            for order, group in itertools.groupby(zip(orders, of_run.places, places, strict=True), key=itemgetter(0)):
-                block = list(group)
-                if order > level:
-                    yield k, *(slice(block[0][i].start, block[-1][i].stop) for i in (1, 2))
+        known = zip(orders, of_run.places, self._places[k], strict=True)
+        for order, group in itertools.groupby(known, key=itemgetter(0)):
+            block = list(group)
+            if order > level:
+                yield tuple(slice(block[0][i].start, block[-1][i].stop) for i in (1, 2))
 
     def destroy(self) -> None:
         """Give PETSc's objects of the neighbours back."""
@@ -314,8 +314,7 @@ class Tangents:
         histories = [
             (level, place, series[level].history[of_all])
             for level in range(len(series))
-            for j, place, of_all in self._blocks(level)
-            if j == k
+            for place, of_all in self._blocks(k, level)
         ]
         move = [one.moved(one.u, run.system.u, rate) for one in sides]
         residuals = [one.system.last_residual for one in (sides[0], *(sides[1:] or [self._own or run]))]

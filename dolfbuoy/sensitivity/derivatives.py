@@ -1,6 +1,7 @@
 """Derivatives of a run, or of an equilibrium, by numbers of its scene."""
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -95,13 +96,16 @@ def of_run(
     """
     if any(piece.section.fails_at for piece in scene.network.pieces):
         raise InputError("fails_at: nothing has a derivative across the instant in which a line parts.")
-    run, pool, made = Simulation(scene, comm), Pool(), []
+    run, pool = Simulation(scene, comm), Pool()
 
     def neighbour(other):
         return Simulation(other, comm, problem=Problem(other, True, comm), pool=pool)
 
-    try:
-        made.append(tangents := Tangents(run, parameters, neighbour))
+    with ExitStack() as ending:
+        ending.callback(pool.clear)
+        ending.callback(run.problem.destroy)
+        tangents = Tangents(run, parameters, neighbour)
+        ending.callback(tangents.destroy)
         seen = list(dict.fromkeys([run, *(one for pair in tangents.pairs for one in (pair.other, pair.near))]))
         notes, times = _Notes(seen), [0.0]
         notes.add()
@@ -115,10 +119,6 @@ def of_run(
                 progress(run)
         labels = notes.observers[0].labels()
         values = dict(zip(seen, notes.values(), strict=True))
-    finally:
-        for one in (*made, run.problem):
-            one.destroy()
-        pool.clear()
     pairs = [(values[pair.other], values[pair.near]) for pair in tangents.pairs]
     apart = [pair.apart for pair in tangents.pairs]
     return _dataset(scene, parameters, values[run], pairs, apart, labels, np.array(times))

@@ -53,13 +53,14 @@ class Whole(Unwritten):
     shapes = True
 
 
-def loop(scene, corrected=None, recorder=Whole):
-    """(Series, seconds from the first step to the last)."""
+def loop(scene, corrected=None, recorder=Whole, progress=lambda: None):
+    """(Series, seconds from the first step to the last); progress: called after every step."""
     simulation = Simulation(scene, MPI.COMM_SELF)
     recorder = recorder(simulation, corrected=corrected)
     begin = time.process_time()
     for step, iterations in simulation.run():
         recorder.add(step, iterations)
+        progress()
     seconds = time.process_time() - begin
     record = recorder.series()
     simulation.problem.destroy()

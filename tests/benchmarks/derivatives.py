@@ -11,11 +11,9 @@ import threading
 import time
 
 import numpy as np
-from bars import Whole, printed
-from mpi4py import MPI
+from bars import loop, printed
 
 from dolfbuoy import load_scene
-from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.sensitivity.derivatives import of_run
 from dolfbuoy.sensitivity.parameters import parameters_of
 
@@ -76,20 +74,6 @@ class Turns:
         return np.array([seconds[:least] for seconds in self.seconds])
 
 
-def plain(scene):
-    """Loop of a run with its record."""
-
-    def loop(step):
-        simulation = Simulation(scene, MPI.COMM_SELF)
-        record = Whole(simulation)
-        for h, iterations in simulation.run():
-            record.add(h, iterations)
-            step()
-        simulation.problem.destroy()
-
-    return loop
-
-
 def following(scene, keys):
     """Loop of a run with derivatives by these numbers."""
     return lambda step: of_run(scene, parameters_of(scene, keys), progress=step)
@@ -99,12 +83,12 @@ def row(name, turns):
     """Cells of a scene: seconds of the run, shares."""
     end, keys = SCENES[name]
     scene = load_scene(load_scene(name, time__end=end), accuracy=None)
-    loops = [plain(scene), following(scene, keys[:1]), following(scene, keys)]
+    loops = [lambda step: loop(scene, progress=step), following(scene, keys[:1]), following(scene, keys)]
     if name in MANY:
         loops.append(following(scene, [p.key for p in parameters_of(scene)][: MANY[name]]))
     run, first, three, *many = np.min([Turns(loops).run() for _ in range(turns)], axis=0).sum(axis=1)
     cells = [f"{run:.3f}", f"{first / run - 1:.2f}", f"{(three - first) / 2 / run:.2f}"]
-    return [name, *cells, *(f"{one / run:.1f}" for one in many or [np.nan])]
+    return [name, *cells, f"{many[0] / run:.1f}" if many else ""]
 
 
 if __name__ == "__main__":

@@ -79,10 +79,8 @@ def lines_of(name: str, folder: Path, call) -> list[str]:
     return [line.replace("\n", " / ") for line in lines if not drop.search(line)]
 
 
-def main(names):
-    """Write the lines of all cases, or of those named."""
-    import time
-
+def command_line():
+    """Function that calls a command: its arguments -> exit code, what it prints, what it says of errors."""
     from dolfbuoy.commands import main as cli
 
     cli.out.width = cli.err.width = 300
@@ -94,6 +92,14 @@ def main(names):
             cli.main()
         return stop.value.code or 0, out.getvalue(), err.getvalue()
 
+    return call
+
+
+def main(names):
+    """Write the lines of all cases, or of those named."""
+    import time
+
+    call = command_line()
     for name in names or CASES:
         start = time.process_time()
         with tempfile.TemporaryDirectory() as folder:

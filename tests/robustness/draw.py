@@ -14,8 +14,7 @@ import argparse
 import ast
 import contextlib
 import hashlib
-import importlib.machinery
-import io
+import importlib
 import json
 import os
 import re
@@ -28,6 +27,7 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from changed import install
 from drawn import ROOT, Change, modules
 
 TESTS = ROOT / "tests"
@@ -40,34 +40,6 @@ SAME = "the same"
 
 
 # -- a process for each case ------------------------------------------------------------------------------------------
-
-
-class Given(importlib.machinery.SourceFileLoader):
-    """Loads a module from a text."""
-
-    def __init__(self, name, path, source):
-        super().__init__(name, str(path))
-        self.source = source
-
-    def get_code(self, fullname):
-        return compile(self.source, self.path, "exec", dont_inherit=True)
-
-
-class Finder:
-    """Finds a module that is given."""
-
-    def __init__(self, change):
-        self.change = change
-
-    def find_spec(self, name, path=None, target=None):
-        if name == self.change.name:
-            loader, package = Given(name, self.change.path, self.change.source), self.change.path.stem == "__init__"
-            spec = importlib.machinery.ModuleSpec(name, loader, origin=str(self.change.path), is_package=package)
-            spec.has_location = True
-            if package:
-                spec.submodule_search_locations = [str(self.change.path.parent)]
-            return spec
-        return None
 
 
 def in_a_process(work, seconds):
@@ -107,32 +79,18 @@ def in_a_process(work, seconds):
 
 def run_case(name):
     """The first lines of a recorded case that differ, joined; "" if none does."""
-    from record import lines_of, path_of
+    from record import command_line, lines_of, path_of
     from test_as_recorded import differences
-
-    from dolfbuoy.commands import main as cli
-
-    cli.out.width = cli.err.width = 300
-
-    def call(*arguments):
-        sys.argv = ["dolfbuoy", *map(str, arguments)]
-        out, err, code = io.StringIO(), io.StringIO(), 0
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                cli.main()
-            except SystemExit as stop:
-                code = stop.code or 0
-        return code, out.getvalue(), err.getvalue()
 
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        lines = lines_of(name, Path(folder), call)
+        lines = lines_of(name, Path(folder), command_line())
         os.chdir("/")
     return " / ".join(differences(path_of(name).read_text().splitlines(), lines))
 
 
 def reached(name):
-    """JSON of the lines that a case runs, by file, and of its seconds."""
+    """Lines that a case runs, by file, its seconds, and how it differs without any change."""
     import coverage
 
     found = coverage.Coverage(data_file=None, source=[str(ROOT / name) for name in ("dolfbuoy", "forms", "meshes")])
@@ -187,7 +145,7 @@ def noticed(change, cases):
     for names in batches(running, cases):
 
         def work(names=names):
-            sys.meta_path.insert(0, Finder(change))
+            install(change.name, str(change.path), change.source)
             return next((f"{name}: {found}" for name in names if (found := run_case(name))), SAME)
 
         told = in_a_process(work, 3 * sum(cases[name]["seconds"] for name in names) + PATIENCE)
@@ -199,23 +157,10 @@ def noticed(change, cases):
 # -- tests that name what is changed ----------------------------------------------------------------------------------
 
 SITE = """
-import importlib.machinery, os, pathlib, sys
-
-class Given(importlib.machinery.SourceFileLoader):
-    def get_code(self, fullname):
-        return compile(pathlib.Path(os.environ["CHANGED_SOURCE"]).read_text(), self.path, "exec", dont_inherit=True)
-
-class Finder:
-    @staticmethod
-    def find_spec(name, path=None, target=None):
-        if name == os.environ["CHANGED_NAME"]:
-            place = os.environ["CHANGED_PATH"]
-            inside = [os.path.dirname(place)] if place.endswith("__init__.py") else None
-            loader = Given(name, place)
-            return importlib.util.spec_from_file_location(name, place, loader=loader, submodule_search_locations=inside)
-
-import importlib.util
-sys.meta_path.insert(0, Finder)
+import json, pathlib, sys
+sys.path.append({here!r})
+import changed
+changed.install(*json.loads(pathlib.Path({given!r}).read_text()))
 """
 
 
@@ -241,11 +186,10 @@ def failing(change, tests) -> str:
     if not tests:
         return ""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "sitecustomize.py").write_text(SITE)
-        (Path(folder) / "source").write_text(change.source)
-        given = {"NAME": change.name, "PATH": str(change.path), "SOURCE": f"{folder}/source"}
-        environment = os.environ | {f"CHANGED_{key}": value for key, value in given.items()}
-        environment |= {"PYTHONPATH": folder, "PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "300"}
+        site, given = Path(folder) / "sitecustomize.py", Path(folder) / "given.json"
+        site.write_text(SITE.format(here=str(Path(__file__).parent), given=str(given)))
+        given.write_text(json.dumps([change.name, str(change.path), change.source]))
+        environment = os.environ | {"PYTHONPATH": folder, "PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "300"}
         command = [sys.executable, "-m", "pytest", "-qx", "--tb=no", "-rfE", "-p", "no:cacheprovider", *map(str, tests)]
         try:
             run = subprocess.run(
