@@ -69,7 +69,8 @@ def core(target: Path, instructions: Sequence[str], takes_data: bool, petsc: Pet
     vectors = platform.machine() == "x86_64"
     attempts = [(STRICT, vectors), *((warnings, fast and vectors) for warnings, fast in _LENIENT)]
     for warnings, fast in attempts:
-        own = {"step.c": [*EXACT, *instructions], "waves.c": FAST if fast else ()}
+        exact = [*EXACT, *instructions]
+        own = {"loop.c": exact, "step.c": exact, "waves.c": FAST if fast else ()}
         units = [Unit(FOLDER / name, [*common, *warnings, *own.get(name, ())]) for name in SOURCES]
         libraries = [_library_of(petsc.module), *(["-lmvec"] if fast else []), "-lm"]
         try:

@@ -39,7 +39,11 @@ typedef struct {
     int lanes;                  /* cells at once */
     const int *cells;           /* how many; the last lanes may be too many */
     int tensor, coefficients, constants, coordinates;   /* numbers of a cell */
-    const int *w, *c, *x;       /* places of coefficients (of each cell) and constants in `values`, and in `mesh` */
+    int apart;                  /* 3 where kernels read x alone of the vertices' coordinates, 1 where all */
+    int common;                 /* coefficients that all cells read at the same place, as unknowns of a body */
+    const int *order;           /* which coefficients these are, then which the others are */
+    const int *w_common, *w, *c, *x;    /* places of these, of the others (of each cell) and of constants in `values`,
+                                           and of coordinates in `mesh` */
     const double *mesh;         /* coordinates of all cells of the mesh */
     bool shared;                /* all cells have the same dofs: one tensor is the sum of all */
     const int *targets;         /* places of the tensors in `out`; NULL: one after the other, from `first` on */
@@ -90,7 +94,7 @@ typedef struct {                /* what Python reads and changes too */
     int checked;                /* whether linear solves are checked; -1: not known */
     int64_t assembled, assembled_for;                   /* how often the matrix was; then, for the one at hand */
     int64_t residuals_total, jacobians_total;
-    double last_increment, last_norm, last_drop;
+    double last_increment, last_norm, last_drop, shrinking;
     double tolerance;           /* of the increments */
     double fast;                /* factor of the norm after which one that falls no more is rounding; 0: none is */
     double margin, slow;        /* part of the tolerance with a kept matrix; shrinking that asks for a new one */
@@ -101,7 +105,7 @@ typedef struct {                /* what Python reads and changes too */
     bool in_order;              /* it has converged, and nothing failed on the way */
     int many;                   /* iterations after which a matrix is not kept */
     bool improved;              /* the last increment outside of Newton's method was small enough */
-    int missed;                 /* how many derivatives none was small enough for */
+    int taken, missed;          /* increments of derivatives, and derivatives for which none was small enough */
     bool clocked;               /* count the seconds of this process in `seconds` */
     double seconds;
 } numbers;

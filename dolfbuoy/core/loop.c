@@ -15,17 +15,16 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 
 typedef void several(double *, const double *, const double *, const double *);  /* of simd.c */
 
-static void gather(double *to, const double *from, const int *places, ptrdiff_t n)
+static inline void fill(double *to, double number, int lanes)
 {
-    for (ptrdiff_t k = 0; k < n; ++k)
-        to[k] = from[places[k]];
+    for (int lane = 0; lane < lanes; ++lane)
+        to[lane] = number;
 }
 
-static void spread(double *to, const double *from, const int *places, int n, int lanes)
+static inline void gather(double *to, const double *from, const int *places, int lanes)
 {
-    for (int k = 0; k < n; ++k)
-        for (int lane = 0; lane < lanes; ++lane)
-            to[k * lanes + lane] = from[places[k]];
+    for (int lane = 0; lane < lanes; ++lane)
+        to[lane] = from[places[lane]];
 }
 
 /* Adds the tensors of the first `used` lanes. */
@@ -37,26 +36,45 @@ static void scatter(const integral *G, const double *tensor, ptrdiff_t begin, in
             out[G->shared ? targets[k] : targets[k * G->lanes + lane]] += tensor[k * G->lanes + lane];
 }
 
-static void integrate(const integral *G, const double *values, double *work, double *out)
+/* Inlined where the number of lanes is a constant: what is copied is most of what is done for small forms. */
+static inline __attribute__((always_inline)) void integrate_by(int lanes, const integral *G, const double *values,
+                                                               double *work, double *out)
 {
     static const uint8_t permutation[2] = {0, 0};
-    const int lanes = G->lanes, cells = *G->cells;
+    const int cells = *G->cells, own = G->coefficients - G->common;
     double *c = work, *w = c + lanes * G->constants, *x = w + lanes * G->coefficients;
-    double *own = x + lanes * G->coordinates;
-    spread(c, values, G->c, G->constants, lanes);
+    double *tensor = x + lanes * G->coordinates;
+    for (int k = 0; k < G->constants; ++k)
+        fill(c + k * lanes, values[G->c[k]], lanes);
+    for (int k = 0; k < G->common; ++k)
+        fill(w + G->order[k] * lanes, values[G->w_common[k]], lanes);
     for (ptrdiff_t begin = 0; begin < cells; begin += lanes) {
-        double *tensor = G->targets ? own : out + G->first + begin * G->tensor;
-        gather(w, values, G->w + begin * G->coefficients, lanes * G->coefficients);
-        gather(x, G->mesh, G->x + begin * G->coordinates, lanes * G->coordinates);
+        const int *from_w = G->w + begin * own, *from_x = G->x + begin * G->coordinates;
+        if (!G->targets)
+            tensor = out + G->first + begin * G->tensor;
+        for (int k = 0; k < own; ++k)
+            gather(w + G->order[G->common + k] * lanes, values, from_w + k * lanes, lanes);
+        for (int k = 0; k < G->coordinates; k += G->apart)
+            gather(x + k * lanes, G->mesh, from_x + k * lanes, lanes);
         if (G->targets)
-            memset(own, 0, lanes * G->tensor * sizeof(double));
+            memset(tensor, 0, lanes * G->tensor * sizeof(double));
         if (lanes > 1)
             ((several *)G->kernel)(tensor, w, c, x);
         else
             ((tabulate_tensor *)G->kernel)(tensor, w, c, x, G->facets ? G->facets + begin : NULL, permutation NO_DATA);
         if (G->targets)
-            scatter(G, own, begin, cells - begin < lanes ? cells - begin : lanes, out);
+            scatter(G, tensor, begin, cells - begin < lanes ? cells - begin : lanes, out);
     }
+}
+
+static void integrate(const integral *G, const double *values, double *work, double *out)
+{
+    if (G->lanes == 8)
+        integrate_by(8, G, values, work, out);
+    else if (G->lanes == 1)
+        integrate_by(1, G, values, work, out);
+    else
+        integrate_by(G->lanes, G, values, work, out);
 }
 
 void add_up(const evaluation *E)

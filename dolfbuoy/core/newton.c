@@ -234,6 +234,7 @@ static PetscErrorCode judge(numbers *n, SNES snes, PetscInt iteration, double st
     if (!isfinite(norm))
         return 0;
     if (iteration == 0) {
+        n->shrinking = 1;
         n->last_norm = norm;
         n->last_drop = 1;
         return 0;
@@ -245,7 +246,7 @@ static PetscErrorCode judge(numbers *n, SNES snes, PetscInt iteration, double st
         increment *= larger(1, step / length);
     }
     if (iteration > 1) {
-        shrinking = increment / larger(n->last_increment, 1e-300);
+        n->shrinking = shrinking = increment / larger(n->last_increment, 1e-300);
         ratio = larger(shrinking, drop);
         ratio = ratio < 1 ? ratio : 1;
     }
@@ -464,16 +465,40 @@ static PetscErrorCode largest(const newton *N, const double *values, double *siz
 
 /* Whether a change of the unknowns is right after an increment of this size.
 
-The rate is that of the last two increments, not trusted below LEAST_RATE, and a little less with every step that was
-content with one. */
+The rate is that of the last two increments, not trusted below LEAST_RATE nor below that of Newton's method with this
+matrix, and a little less with every step that was content with one. */
 static bool enough(tangent *T, double size)
 {
     const bool first = T->last == 0, stalls = !first && size > T->last / 2;
     T->rate = first ? 1.1 * T->rate : size / T->last;
-    T->rate = larger(LEAST_RATE, T->rate < 1 ? T->rate : 1);
+    T->rate = larger(larger(LEAST_RATE, T->newton->numbers->shrinking), T->rate < 1 ? T->rate : 1);
     T->last = larger(size, 1e-300);
     return T->rate * size <= larger(T->enough * T->size, T->quiet) ||
            (stalls && size <= larger(T->rough * T->size, 10 * T->quiet));
+}
+
+/* The increment of a residual in f.  Once a solve with a new matrix has been looked at, its factors are all that the
+   others need: KSPSolve looks up options each time. */
+static PetscErrorCode solve_once(const newton *N, bool *solved)
+{
+    KSP ksp;
+    PC pc;
+    KSPConvergedReason reason;
+    numbers *n = N->numbers;
+    TRY(SNESGetKSP(N->snes, &ksp));
+    if (n->kept && !n->own_options) {
+        TRY(KSPGetPC(ksp, &pc));
+        *solved = true;
+        return PCApply(pc, N->f, N->increment);
+    }
+    if (!n->own_options)
+        TRY(check_linear_solves(n, N->snes, true));
+    n->kept = true;
+    elimination = N->elimination;
+    TRY(KSPSolve(ksp, N->f, N->increment));
+    TRY(KSPGetConvergedReason(ksp, &reason));
+    *solved = reason > 0;
+    return 0;
 }
 
 static PetscErrorCode take_tangent_increment(tangent *T)
@@ -481,27 +506,20 @@ static PetscErrorCode take_tangent_increment(tangent *T)
     const newton *N = T->newton;
     const one_sided *L = N->law;
     numbers *n = N->numbers;
-    KSP ksp;
-    KSPConvergedReason reason;
+    bool solved;
     PetscReal size;
     for (PetscInt k = 0; L && k < L->count; ++k)
         if (L->slack[k])
             T->residual[L->rows[k]] = -L->c[k] * T->change[L->rows[k]];
-    TRY(SNESGetKSP(N->snes, &ksp));
     TRY(make_rows(N, &T->rows, N->f));
-    if (!n->own_options)
-        TRY(check_linear_solves(n, N->snes, !n->kept));
-    n->kept = true;
-    elimination = N->elimination;
-    TRY(KSPSolve(ksp, N->f, N->increment));
-    TRY(KSPGetConvergedReason(ksp, &reason));
+    TRY(solve_once(N, &solved));
     TRY(read_into(N, &T->unknowns, N->increment));
     for (ptrdiff_t k = 0; k < N->residuals->length; ++k)
         T->change[k] -= T->increment[k];
     change_at_ends(&T->ends, N, T->increment, T->residual);
     TRY(VecNorm(N->increment, NORM_INFINITY, &size));
     TRY(largest(N, T->change, &T->size));
-    n->improved = enough(T, size) && reason > 0;
+    n->improved = enough(T, size) && solved;
     return 0;
 }
 
@@ -521,7 +539,7 @@ void improve_until(const void *context)
     numbers *n = S->tangent->newton->numbers;
     S->tangent->last = 0;
     n->improved = false;
-    for (int k = 0; k < S->most && !n->improved; ++k)
+    for (int k = 0; k < S->most && !n->improved; ++k, ++n->taken)
         do_all(S->works);
     n->missed += !n->improved;
 }

@@ -7,9 +7,10 @@ A neighbour of the scene, at p + eps, shows how the equations of a step change; 
 
 u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivatives, pd those of u extrapolated.  F is
 what Newton's method has left.  Rules of a scheme are linear in what is past, so that the past of derivatives is a
-`Past` too.  Steps, and which elements are slack, are the run's.  J is that of a neighbour at the predicted derivative,
-so that the run keeps its own; one increment is enough where the prediction is good.  One factorisation serves the
-derivatives by all numbers, and one `Past` holds them all.
+`Past` too.  Steps, and which elements are slack, are the run's.  J is the run's, with its factors, if it was made in
+this step and few increments more are taken than there are numbers; else that of a neighbour at the predicted
+derivative, so that the run keeps its own, and one increment is enough where the prediction is good.  One factorisation
+serves the derivatives by all numbers, and one `Past` holds them all.
 """
 
 import itertools
@@ -30,11 +31,14 @@ from .schemes import NEW, Predictor
 from .simulation import Simulation
 
 #: Increments end when the next would be of this size, relative to the derivative; or when they shrink no more and one
-#: is smaller than the second.
-ENOUGH, ROUGH = 1e-6, 1e-3
+#: is smaller than the second.  BORROWED: with the run's matrix, whose rate of convergence is known.
+ENOUGH, ROUGH, BORROWED = 1e-6, 1e-3, 2e-6
 #: Rounding of unknowns, of their typical sizes: at rest, and in motion over gamma^2.
 ROUNDING, OF_MOTION = 1e-13, 5e-16
 MOST = 12  #: increments
+#: Increments above one for each number that take as long as a matrix and its factors; and for how many steps the run's
+#: matrix is left alone then.
+SPARE, PAUSE = 8, 4
 #: Change of the unknowns to a neighbour on one side, in their typical sizes, by which curvature and rounding are alike;
 #: and the least derivative of a start by which one is placed.
 APART, LEAST = 2e-6, 0.01
@@ -198,10 +202,14 @@ class Tangents:
         for (k, _), place in zip(evolutions, self.past.places, strict=True):
             self._places[k].append(place)
         self._predictor, self._made_for, self._gamma = Predictor(), None, None
-        self.solver = self.pairs[0].near.newton
-        callbacks = self.solver.system.callbacks
-        self._renew = callbacks.work("renew_matrix")
-        self._increments = [callbacks.improving_tangent(self._residual, one, ENOUGH, ROUGH) for one in self.u]
+        #: Newton's method of the run, whose matrix may serve, and one with a matrix of its own
+        self._lender, self.solver = run.newton, self.pairs[0].near.newton
+        self._made, self._pause = run.newton.numbers.jacobians_total, 0
+        self._renew, self.solver.numbers.shrinking = self.solver.system.callbacks.work("renew_matrix"), 0.0
+        self._increments = {
+            solver: [solver.system.callbacks.improving_tangent(self._residual, u, enough, ROUGH) for u in self.u]
+            for solver, enough in ((self._lender, BORROWED), (self.solver, ENOUGH))
+        }
         self._start()
         run.followers.append(self.follow)
         run.finishers.append(self.finish)
@@ -245,7 +253,7 @@ class Tangents:
             self.past.forget()
         gamma = self.past.prepare(run.operations.step)
         if gamma != self._gamma:
-            for pair, increment in zip(self.pairs, self._increments, strict=True):
+            for pair, increment in zip(self.pairs, self._increments[self.solver], strict=True):
                 increment.context.quiet = max(ROUNDING, OF_MOTION * gamma**2) / pair.apart
             self._gamma = gamma
         basis = run.operations, self.past.operations, self._predictor.count
@@ -253,11 +261,13 @@ class Tangents:
             self._make_functions()
             self._made_for = basis
         self._time[0] = self.run.problem.time[0]
+        if self._may_borrow() and self._found(self._lender):
+            return
         self._set_up_matrix()
-        if not self._found():
+        if not self._found(self.solver):
             self.solver.choose_solver("mumps")  # with pivots
             self._renew()
-            if not self._found():
+            if not self._found(self.solver):
                 self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
 
     def finish(self) -> None:
@@ -268,11 +278,23 @@ class Tangents:
         self.past.count_step()
         self._predictor.counted()
 
-    def _found(self):
-        """Take the step; whether all increments became small."""
-        self.solver.numbers.missed = 0
-        self._step()
-        return not self.solver.numbers.missed
+    def _may_borrow(self):
+        """Whether the run's matrix was made in this step, with the same elements slack, and has served well lately."""
+        law, before, self._made = self.run.system.law, self._made, self._lender.numbers.jacobians_total
+        self._pause -= 1
+        if self._pause > 0 or self._made == before:
+            return False
+        same = law is None or np.array_equal(law.slack, law.slack_before)
+        return bool(allreduce(self.run.comm, int(same), MPI.MIN))
+
+    def _found(self, solver):
+        """Take the step with the matrix of a solver; whether all increments became small."""
+        numbers = solver.numbers
+        numbers.taken = numbers.missed = 0
+        self._step[solver]()
+        if numbers.missed or numbers.taken > len(self.pairs) + SPARE:
+            self._pause = PAUSE
+        return not numbers.missed
 
     def _set_up_matrix(self):
         system, law = self.solver.system, self.run.system.law
@@ -291,15 +313,18 @@ class Tangents:
             *past.reading()[:1],
             *(function for k in numbers for function in self._reading(k)),
         ]
-        self._step = together(
-            *(self._own.follow() if self._own else ()),
-            make_histories,
-            predict,
-            *(function for k in numbers for function in self._taking(k)),
-            *read,
-            find_rates,
-            *(f for pair in self.pairs for one in pair.sides for f in one.problem.when_accepted()),
-        )
+        self._step = {
+            solver: together(
+                *(self._own.follow() if self._own else ()),
+                make_histories,
+                predict,
+                *(function for k in numbers for function in self._taking(k, solver)),
+                *read,
+                find_rates,
+                *(f for pair in self.pairs for one in pair.sides for f in one.problem.when_accepted()),
+            )
+            for solver in self._increments
+        }
         self._accept = together(
             *(function for k in numbers for function in self._accepting(k)),
             *read,
@@ -307,9 +332,9 @@ class Tangents:
             remember,
         )
 
-    def _taking(self, k):
-        """Functions that find the derivative of the unknowns in a direction."""
-        run, pair, rate, increment = self.run, self.pairs[k], self.u[k], self._increments[k]
+    def _taking(self, k, solver):
+        """Functions that find the derivative of the unknowns in a direction, with the matrix of a solver."""
+        run, pair, rate, increment = self.run, self.pairs[k], self.u[k], self._increments[solver][k]
         sides, series = pair.sides, self.past.series
         histories = [
             (level, place, series[level].history[of_all])
@@ -328,9 +353,9 @@ class Tangents:
         yield from move
         yield from (function for one in sides for function in one.clock())
         yield pair.difference(rate, lambda one: one.system.u)
-        if k == 0:
+        if k == 0 and solver is self.solver:
             yield self._renew
-        yield self.solver.system.callbacks.until_improved(increment, improve, MOST)
+        yield solver.system.callbacks.until_improved(increment, improve, MOST)
         yield from (one.moved(one.system.last_residual, run.system.last_residual, self._residual) for one in sides)
         yield from (one.simulation.read_end_forces for one in sides)
 

@@ -215,9 +215,9 @@ class _Notes:
             self._make()
 
     def _make(self) -> None:
-        columns = np.split(self._rows[: self._count].copy(), self._ends, axis=1)
-        for observer, parts, row in zip(self.observers, self._parts, columns, strict=True):
-            parts.append(observer.values_of(row))
+        columns = np.split(self._rows[: self._count], self._ends, axis=1)
+        for observer, parts, rows in zip(self.observers, self._parts, columns, strict=True):
+            parts.append(observer.values_of(rows.copy()))
         self._count = 0
 
     def values(self) -> list[Values]:

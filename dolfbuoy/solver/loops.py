@@ -190,7 +190,11 @@ class Loop:
             sizes = simd.Sizes(one.tensor, one.coefficients, one.constants, one.coordinates)
             one.kernel, one.lanes = simd.several(integral.kernel, sizes) or (integral.kernel, 1)
         one.cells = self._kept(self._shared.count(mesh, cells))
-        one.w, one.c, one.mesh = self._by_lanes(one, coefficients), self._ints(constants), self._doubles(x)
+        one.apart = 3 if mesh.geometry.dim == 1 else 1
+        common = np.all(coefficients == coefficients[:1], axis=0) & (len(cells) > 0)
+        one.common, one.order = common.sum(), self._ints(np.argsort(~common, kind="stable"))
+        one.w_common, one.w = self._ints(coefficients[:1, common]), self._by_lanes(one, coefficients[:, ~common])
+        one.c, one.mesh = self._ints(constants), self._doubles(x)
         one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))
 
     def _outputs(self, one: Any, dofs: list[Array], is_matrix: bool) -> None:
