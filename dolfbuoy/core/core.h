@@ -67,7 +67,8 @@ typedef struct {
     const hooks *before;
     const integral *integrals;
     int count;
-    double *values, *work, *out;
+    ptrdiff_t room;             /* doubles of the form with the largest cells */
+    double *values, *out;
     ptrdiff_t length;           /* of out */
     const double *begin;        /* what is added to, or NULL: zeros */
 } evaluation;

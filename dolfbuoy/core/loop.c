@@ -13,6 +13,8 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 #define NO_DATA
 #endif
 
+#define VECTOR 8                /* doubles of the largest vector, where it may begin */
+
 typedef void several(double *, const double *, const double *, const double *);  /* of simd.c */
 
 static inline void fill(double *to, double number, int lanes)
@@ -77,8 +79,12 @@ static void integrate(const integral *G, const double *values, double *work, dou
         integrate_by(G->lanes, G, values, work, out);
 }
 
+/* What a cell reads and writes is on the stack, which is always at hand: a scene has several evaluations, a derivative
+   many scenes. */
 void add_up(const evaluation *E)
 {
+    double room[E->room + VECTOR];
+    double *work = room + -((uintptr_t)room / sizeof(double)) % VECTOR;
     for (int n = 0; n < E->before->count; ++n)
         E->before->all[n].call(E->before->all[n].context, E->values);
     if (E->begin)
@@ -86,7 +92,7 @@ void add_up(const evaluation *E)
     else
         memset(E->out, 0, E->length * sizeof(double));
     for (int n = 0; n < E->count; ++n)
-        integrate(E->integrals + n, E->values, E->work, E->out);
+        integrate(E->integrals + n, E->values, work, E->out);
 }
 
 void integrate_all(const void *context)

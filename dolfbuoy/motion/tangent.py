@@ -279,7 +279,7 @@ class Tangents:
         self._predictor.counted()
 
     def _may_borrow(self):
-        """Whether the run's matrix was made in this step, with the same elements slack, and has served well lately."""
+        """True if the run's matrix was made in this step, with the same elements slack, and has served well lately."""
         law, before, self._made = self.run.system.law, self._made, self._lender.numbers.jacobians_total
         self._pause -= 1
         if self._pause > 0 or self._made == before:

@@ -12,6 +12,7 @@ all that belongs to a cell is in blocks (cells of a block // lanes, numbers of a
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
     from .unknowns import Contribution, Values
 
 
+#: Places that loops read, by their content.
+_SAME: WeakValueDictionary[bytes, Array] = WeakValueDictionary()
+
+
 class Scaled:
     """Some entries of an array in units of their own, as PETSc sees them: entry k is scale[k] * values[places[k]].
 
@@ -32,7 +37,7 @@ class Scaled:
 
     def __init__(self, values: Any, places: Any, scale: Array, ties: tuple[Any, Any] = ((), ())) -> None:
         self.x = np.zeros(len(places))
-        places, tied, to = (np.array(a, dtype=np.int32) for a in (places, *ties))
+        places, tied, to = (np.asarray(a, dtype=np.int32) for a in (places, *ties))
         self._alive = {"values": values, "scale": scale, "places": places, "tied": tied, "to": to}
         arrays = {name: address(array) for name, array in self._alive.items()}
         self.described = core().ffi.new("scaled *", {**arrays, "n": len(places), "ties": len(tied)})
@@ -137,7 +142,7 @@ class Loop:
         size: int | None = None,
         spare: int = 0,
     ) -> None:
-        self._shared, self._first, ffi, work = shared, 0, core().ffi, 1
+        self._shared, self._first, ffi, room = shared, 0, core().ffi, 0
         self._alive: list[Any] = []
         self._entries: list[Array] = []
         self._dofs: dict[int, Array] = {}
@@ -149,7 +154,7 @@ class Loop:
             one.tensor = np.prod([d.shape[1] for d in dofs])
             self._inputs(one, c, integral, coefficients[integral.key], constants)
             self._outputs(one, dofs, size is None)
-            work = max(work, one.lanes * (one.constants + one.coefficients + one.coordinates + one.tensor))
+            room = max(room, one.lanes * (one.constants + one.coefficients + one.coordinates + one.tensor))
         if size is None:
             self.entries = np.concatenate([np.zeros((2, 0), np.int32), *self._entries], axis=1)
             size = self.entries.shape[1] + spare
@@ -158,7 +163,7 @@ class Loop:
         self._alive.append(described)
         self.described = ffi.new("evaluation *", {"integrals": described, "count": len(found), "length": size})
         self.described.before, self.described.out = shared.hooks.described, address(self.out)
-        self.described.values, self.described.work = self._doubles(values.array), self._doubles(c_code.aligned(work))
+        self.described.values, self.described.room = self._doubles(values.array), room
 
     def __call__(self) -> Array:
         """`out`, from the present `values`."""
@@ -225,7 +230,9 @@ class Loop:
         return self._ints(_blocks(numbers, one.lanes, numbers[-1:]))
 
     def _ints(self, array: Any) -> Any:
-        return self._kept(np.ascontiguousarray(array, dtype=np.int32))
+        """Address of numbers that nobody changes: of one array, where loops of several scenes have the same."""
+        array = np.ascontiguousarray(array, dtype=np.int32)
+        return self._kept(_SAME.setdefault(array.tobytes(), array))
 
     def _doubles(self, array: Any) -> Any:
         return self._kept(np.ascontiguousarray(array, dtype=np.float64))
