@@ -150,6 +150,22 @@ def test_one_matrix_for_all(name):
             assert np.abs(shared[series].values[k] - alone[series].values[0]).max() <= 2e-4 * size, (one.key, series)
 
 
+@pytest.mark.parametrize("keep", [False, True])
+def test_whose_matrix(keep):
+    """The run lends its matrix in steps in which it made one; in others the neighbour makes its own."""
+    scene = dolfbuoy.load_scene(SHORT, **{"solver.keep_jacobian": keep, "solver.step_tolerance": 1e-6})
+    run = Simulation(scene)
+    tangents = Tangents(run, parameters_of(scene, ["buoy.mass"]), Simulation)
+    lender, own = run.newton.numbers, tangents.solver.numbers
+    made, begin, kept = lender.jacobians_total, own.jacobians_total, 0
+    for _ in run.run():
+        kept += lender.jacobians_total == made
+        made = lender.jacobians_total
+    assert not tangents.fault
+    assert own.jacobians_total - begin == kept
+    assert (kept > 0) == keep
+
+
 def test_derivatives_that_are_rounding():
     """Before anything moves, drag has no effect, and increments are as large as its derivative."""
     scene = dolfbuoy.load_scene("driven", **{"time.end": 0.2})
