@@ -190,6 +190,14 @@ def test_what_cannot_be_kept():
         design(HANGING, VARY, "cable.line_density", ["tension_top.mean > 5000"])
 
 
+def chain_of(least, hold, high):
+    """A design of the size of a hanging chain, from 11 mm on."""
+    own = {key: value for key, value in HANGING["cable"].items() if key not in ("line_density", "axial_stiffness")}
+    scene = {**HANGING, "cable": {**own, "material": "chain R3 studless 20 mm"}}
+    name = "material.chain-R3-studless-20-mm"
+    return design(scene, {f"{name}.size": (11.0, high)}, f"{least}{name}.line_density*cable.length", [hold])
+
+
 @pytest.mark.parametrize(
     ("least", "hold", "size", "made"),
     [("-", "tension_top.mean < 700", 14.416, 14.0), ("", "tension_top.mean > 700", 14.416, 16.0)],
@@ -197,13 +205,7 @@ def test_what_cannot_be_kept():
 def test_sizes_of_the_library(least, hold, size, made):
     """g (19.9e3 d^2 L + m) = 700 N at 14.4 mm, which is not made: 14 keeps a tension below that, 16 one above."""
     name = "chain-R3-studless-20-mm"
-    scene = {"cable": {**HANGING["cable"], "material": "chain R3 studless 20 mm"}}
-    scene = {
-        **HANGING,
-        "cable": {k: v for k, v in scene["cable"].items() if k not in ("line_density", "axial_stiffness")},
-    }
-    vary = {f"material.{name}.size": (11.0, 24.0)}
-    found = design(scene, vary, f"{least}material.{name}.line_density*cable.length", [hold])
+    found = chain_of(least, hold, 24.0)
     assert math.sqrt((700 / 9.81 - 30.0) / 10 / 19.9e3) * 1e3 == pytest.approx(size, abs=1e-3)
     assert found.dataset.value.values == pytest.approx([made])
     section = found.scene.network.pieces[0].section
@@ -211,6 +213,14 @@ def test_sizes_of_the_library(least, hold, size, made):
     assert section.breaking_load == pytest.approx(0.0223e3 * made**2 * (44 - 0.08 * made), rel=1e-9)
     assert found.scene.material[name].catalogue == f"chain R3 studless {made:g} mm"
     assert found.sentences == []
+
+
+def test_a_size_beyond_the_bounds():
+    """16 mm would do, and is above 15."""
+    found = chain_of("", "tension_top.mean > 700", 15.0)
+    assert found.dataset.value.values == pytest.approx([14.416], abs=1e-3)
+    assert len(found.sentences) == 1
+    assert "no sizes that are made keep the limits within the bounds" in found.sentences[0]
 
 
 def test_sizes_that_do_not_serve():
