@@ -51,13 +51,13 @@ static inline __attribute__((always_inline)) void integrate_by(int lanes, const 
     for (int k = 0; k < G->common; ++k)
         fill(w + G->order[k] * lanes, values[G->w_common[k]], lanes);
     for (ptrdiff_t begin = 0; begin < cells; begin += lanes) {
-        const int *from_w = G->w + begin * own, *from_x = G->x + begin * G->coordinates;
+        const int *from_w = G->w + begin * own, *from_x = G->x + begin * (G->coordinates / G->apart);
         if (!G->targets)
             tensor = out + G->first + begin * G->tensor;
         for (int k = 0; k < own; ++k)
             gather(w + G->order[G->common + k] * lanes, values, from_w + k * lanes, lanes);
-        for (int k = 0; k < G->coordinates; k += G->apart)
-            gather(x + k * lanes, G->mesh, from_x + k * lanes, lanes);
+        for (int k = 0; k < G->coordinates; k += G->apart, from_x += lanes)
+            gather(x + k * lanes, G->mesh, from_x, lanes);
         if (G->targets)
             memset(tensor, 0, lanes * G->tensor * sizeof(double));
         if (lanes > 1)

@@ -456,8 +456,11 @@ static PetscErrorCode largest(const newton *N, const double *values, double *siz
     PetscInt n;
     *size = 0;
     TRY(VecGetLocalSize(N->x, &n));
-    for (PetscInt k = 0; k < n; ++k)
-        *size = larger(*size, fabs(values[u->places[k]] / u->scale[k]));
+    for (PetscInt k = 0; k < n; ++k) {
+        const double value = fabs(values[u->places[k]]);
+        if (value > *size * u->scale[k])  /* hardly ever: a division takes longer */
+            *size = value / u->scale[k];
+    }
     if (N->ghosted)
         TRY(MPI_Allreduce(MPI_IN_PLACE, size, 1, MPI_DOUBLE, MPI_MAX, PetscObjectComm((PetscObject)N->x)));
     return 0;

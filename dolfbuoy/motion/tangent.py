@@ -36,9 +36,9 @@ ENOUGH, ROUGH, BORROWED = 1e-6, 1e-3, 2e-6
 #: Rounding of unknowns, of their typical sizes: at rest, and in motion over gamma^2.
 ROUNDING, OF_MOTION = 1e-13, 5e-16
 MOST = 12  #: increments
-#: Increments above one for each number that take as long as a matrix and its factors; and for how many steps the run's
-#: matrix is left alone then.
-SPARE, PAUSE = 8, 4
+#: Increments above one for each number that take longer than a matrix and its factors, for scenes large and small; and
+#: for how many steps the run's matrix is left alone then.
+SPARE, PAUSE = 16, 4
 #: Change of the unknowns to a neighbour on one side, in their typical sizes, by which curvature and rounding are alike;
 #: and the least derivative of a start by which one is placed.
 APART, LEAST = 2e-6, 0.01

@@ -200,7 +200,7 @@ class Loop:
         one.common, one.order = common.sum(), self._ints(np.argsort(~common, kind="stable"))
         one.w_common, one.w = self._ints(coefficients[:1, common]), self._by_lanes(one, coefficients[:, ~common])
         one.c, one.mesh = self._ints(constants), self._doubles(x)
-        one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))
+        one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(0, x.shape[1], one.apart))
 
     def _outputs(self, one: Any, dofs: list[Array], is_matrix: bool) -> None:
         one.shared = all(np.all(d == d[:1]) for d in dofs)
