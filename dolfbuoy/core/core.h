@@ -95,7 +95,8 @@ typedef struct {                /* what Python reads and changes too */
     int checked;                /* whether linear solves are checked; -1: not known */
     int64_t assembled, assembled_for;                   /* how often the matrix was; then, for the one at hand */
     int64_t residuals_total, jacobians_total;
-    double last_increment, last_norm, last_drop, shrinking;
+    double last_increment, last_norm, last_drop;
+    double shrinking;           /* of the last two increments; 1: there was one */
     double tolerance;           /* of the increments */
     double fast;                /* factor of the norm after which one that falls no more is rounding; 0: none is */
     double margin, slow;        /* part of the tolerance with a kept matrix; shrinking that asks for a new one */

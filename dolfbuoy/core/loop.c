@@ -13,7 +13,7 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 #define NO_DATA
 #endif
 
-#define VECTOR 8                /* doubles of the largest vector, where it may begin */
+#define VECTOR 8                /* doubles of the largest vector, where it may begin: ALIGNED of solver/c_code.py */
 
 typedef void several(double *, const double *, const double *, const double *);  /* of simd.c */
 
