@@ -8,8 +8,8 @@ const SHORT = 14;
 
 /** A chart in `host`.
  *
- * options: {label (for those who do not see it), curves: [{name, x, y, style (a class c0 ... c5), area: [low, high]}], xName,
- * yName, height, xRange, yRange, yLog, xLog, equal, legend, onPick(x)}.
+ * options: {label (for those who do not see it), curves: [{name, x, y, style (a class c0 ... c5), area: [low, high],
+ * bars: [{x, y, bar}] (error bars of points)}], xName, yName, height, xRange, yRange, yLog, xLog, equal, legend, onPick(x)}.
  * Its window in x can be moved, a cursor shown, and marks drawn by `extra(chart)` in its coordinates.
  */
 export class Chart {
@@ -29,7 +29,8 @@ export class Chart {
   }
 
   rangeOfValues() {
-    const [low, high] = range(...this.curves.flatMap((c) => [c.y ?? [], ...(c.area ?? [])])) ?? [0, 1];
+    const ends = (c) => (c.bars ?? []).flatMap(({ y, bar }) => [y - bar, y + bar]);
+    const [low, high] = range(...this.curves.flatMap((c) => [c.y ?? [], ...(c.area ?? []), ends(c)])) ?? [0, 1];
     if (this.yLog) return [low, high];
     const still = high - low <= 1e-9 * Math.max(1, Math.abs(high));
     const room = still ? Math.max(0.05 * Math.abs(high), 1e-3) : Math.max(0.05 * (high - low), 1e-6 * Math.abs(high));
@@ -44,6 +45,11 @@ export class Chart {
       sample.append(curve.y ? drawn("path", { d: "M0 4H26", class: curve.style }) : drawn("rect", { width: 26, height: 8, class: "area" }));
       head.append(element("span", { class: "key" }, sample, element("span", {}, curve.name), value));
       this.values.push(value);
+    }
+    if (this.curves.some((curve) => curve.bars?.length)) {
+      const sample = drawn("svg", { class: "sample", "aria-hidden": "true", viewBox: "0 0 26 8" });
+      sample.append(drawn("path", { d: "M8 0.7h10m-5 0V7.3m-5 0h10", class: "errorbar" }));
+      head.append(element("span", { class: "key" }, sample, element("span", {}, "error bar")));
     }
     this.host.append(head);
   }
@@ -138,7 +144,13 @@ export class Chart {
     const found = [];
     if (curve.area) found.push(drawn("path", { d: this.areaPath(curve), class: "area" }));
     if (curve.y) found.push(drawn("path", { d: this.path(curve.x, curve.y), class: `curve ${curve.style}` }));
+    for (const one of curve.bars ?? []) found.push(drawn("path", { d: this.errorBar(one), class: "errorbar" }));
     return found;
+  }
+
+  errorBar({ x, y, bar }) {
+    const [at, low, high] = [this.x(x), this.y(y - bar), this.y(y + bar)].map((v) => v.toFixed(1));
+    return `M${at - 5} ${high}h10m-5 0V${low}m-5 0h10`;
   }
 
   areaPath({ x, area: [low, high] }) {

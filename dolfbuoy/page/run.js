@@ -82,6 +82,7 @@ function makePanels(player) {
       x: times,
       exact: unpack(curve.values).map(whole),
       y: unpack(curve.values).map((v) => whole(v) * panel.factor),
+      bars: curve.bars.map(({ t, value, bar }) => ({ x: t, y: value * panel.factor, bar: bar * panel.factor })),
       style: `c${i}`,
     }));
     const box = element("div", { class: "panel" });
@@ -114,9 +115,10 @@ function hideOthers(chosen) {
   }
 }
 
-function described({ name, y }) {
+function described({ name, y, bars }) {
   const [low, high] = range(y) ?? [NaN, NaN];
-  return `${name} from ${format(low)} to ${format(high)}`;
+  const known = bars.map((one) => `${format(one.y)} ± ${format(one.bar, 2)}`);
+  return `${name} from ${format(low)} to ${format(high)}${known.length ? ` (with error bars: ${known.join(", ")})` : ""}`;
 }
 
 /** The cursor of a panel, and beside the names of its curves the recorded values. */

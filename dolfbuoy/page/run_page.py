@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..results.after_ramp import scene_of
 from ..results.attitude import length
-from ..results.bars import rows_of
+from ..results.bars import extremes, number_with, rows_of
 from ..results.criteria import HEADINGS, governing, verdicts
 from ..results.elasticities import columns_of_run, order_of, percent, value_of
 from ..results.frame import Frames
@@ -94,7 +95,7 @@ def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """Data for the script of a run's page."""
     frames, parts = Frames(record, scene), parts_of(record, "cable", "buoy")
     columns = columns_of([*parts, *parts_of(record, "take_off", "winch", "vessel")])
-    main = [values for *_, curves in columns for _, values in curves]
+    main = [line.values for *_, curves in columns for line in curves]
     count = rows_that_fit(record, parts, columns)
     rows = chosen_rows(main, count) if main else np.arange(record.sizes["time"])
     headings, buoys = dict[str, list[float]](), scene.network.buoys
@@ -118,40 +119,49 @@ def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
     }
 
 
-#: Key figures: label, kind of its part, quantity that it needs, unit, and how it follows from the record of a part.
+#: Key figures: label, kind of its part, quantity that it needs, the output that has its error bar (empty: none), unit,
+#: and how it follows from the record of a part.
 LARGEST = (
-    ("largest tension, upper end", "line", "tension_top", "N", lambda part: part.tension_top.values),
-    ("largest force at a lower end", "line", "anchor_force", "N", lambda part: length(part.anchor_force.values)),
+    ("largest tension, upper end", "line", "tension_top", "tension_top", "N", lambda part: part.tension_top.values),
+    (
+        "largest force at a lower end",
+        "line",
+        "anchor_force",
+        "anchor",
+        "N",
+        lambda part: length(part.anchor_force.values),
+    ),
     (
         "farthest from the start",
         "buoy",
         "buoy_position",
+        "",
         "m",
         lambda part: np.linalg.norm((part.buoy_position.values - part.buoy_position.values[0])[:, :2], axis=1),
     ),
-    ("largest lean", "buoy", "cone_angle", "deg", lambda part: part.cone_angle.values),
+    ("largest lean", "buoy", "cone_angle", "cone_angle", "deg", lambda part: part.cone_angle.values),
 )
 
 
 def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
-    """The largest of each key figure over all parts, with its time: a number, and where to jump; of forces also what
-    is exceeded there for longer."""
+    """The largest of each key figure over all parts, with its time: a number, and where to jump; its error bar where it
+    was estimated, and of forces what is exceeded there for longer."""
     found = []
-    for label, kind, quantity, unit, series in LARGEST:
-        able = [(name, series(part)) for name, part in parts if quantity in part]
+    for label, kind, quantity, output, unit, series in LARGEST:
+        able = [(name, part, series(part)) for name, part in parts if quantity in part]
         if not able:
             continue
-        name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
+        name, part, values = max(able, key=lambda one: np.nanmax(one[2]))
         row = int(np.nanargmax(values))
         shown, factor = unit_of(values, unit)
-        moment: dict[str, Any] = {
-            "label": f"{name}: {label}" if name else label,
-            "value": f"{factor * values[row]:.4g}",
-            "unit": shown,
-        }
+        estimated, bar = extremes(part).get(output, {}).get("max", (math.nan, math.nan))
+        known = abs(estimated - values[row]) <= bar + 1e-9 * abs(estimated)  # else that is the largest of the ramp
+        value, error = number_with(factor * values[row], factor * bar if known else math.nan)
+        moment: dict[str, Any] = {"label": f"{name}: {label}" if name else label, "value": value}
+        moment["bar"] = f" ± {error}" if error else ""
         below = exceeded(record, values) if unit == "N" else []
         moment["lasting"] = [f"{what}: {level} {of}" for what, level, of in below]
-        found.append(moment | {"t": float(record.time[row]), "part": name, "kind": kind})
+        found.append(moment | {"unit": shown, "t": float(record.time[row]), "part": name, "kind": kind})
     return found
 
 
@@ -161,7 +171,7 @@ def _keys(moments: list[dict[str, Any]]) -> Markup | None:
         tag(
             "button",
             tag("span", moment["label"], class_="what"),
-            tag("span", moment["value"], tag("small", f" {moment['unit']}"), class_="number"),
+            tag("span", moment["value"], tag("small", f"{moment['bar']} {moment['unit']}"), class_="number"),
             *(tag("span", words, class_="what") for words in moment["lasting"]),
             tag("span", f"at {moment['t']:.4g} s", class_="when"),
             type="button",

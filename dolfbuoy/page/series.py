@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..results.after_ramp import TooShort, spectra_of, window_of
+from ..results.bars import extremes
 from ..results.places import AT
 from ..results.quantities import QUANTITIES
 from ..results.running import envelope_of
@@ -31,37 +32,53 @@ KINDS = {"buoy": "buoy", "take_off": "device", "winch": "device", "vessel": "dev
 
 
 class Panel(dict[str, Any]):
-    """A chart over time: {part, title, unit, factor, curves: [{name, values}]}; part: the cable or buoy it is of."""
+    """A chart over time: {part, title, unit, factor, curves: [{name, values, bars}]}; part: the cable or buoy it is of.
+
+    bars: [{t, value, bar}], error bars of a curve's extremes, in its own unit.
+    """
+
+
+class Line(NamedTuple):
+    """A curve over all rows of a record, and the error bars of its extremes, [{t, value, bar}]."""
+
+    name: str
+    values: NDArray[Any]
+    bars: Sequence[dict[str, float]] = ()
 
 
 def columns_of(parts: list[Part]) -> list[tuple[Any, ...]]:
-    """(part, kind, title, unit, factor, [(name, values of all rows), ...]) of every panel of a record's parts."""
+    """(part, kind, title, unit, factor, [Line, ...]) of every panel of a record's parts."""
     found = []
     for name, record in parts:
         for title, (kind, unit, curves) in _panels_of(record).items():
             if unit == "N":
-                found.append((name, kind, title, *force_unit([values.max() for _, values in curves]), curves))
+                found.append((name, kind, title, *force_unit([line.values.max() for line in curves]), curves))
             else:
                 found += [(name, kind, *panel) for panel in _split(title, unit, curves)]
     return found
 
 
-def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, ...]]]]:
+def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[Line]]]:
     """Title -> (kind, unit, curves) of what a part of a record has, as it is declared."""
-    found: dict[str, tuple[str, str, list[tuple[Any, ...]]]] = {}
+    found: dict[str, tuple[str, str, list[Line]]] = {}
+    estimated = extremes(record)
     for quantity in QUANTITIES.values():
         for curve in quantity.curves if quantity.name in record else ():
-            values = unwrapped(record, quantity.name)
+            values, series = unwrapped(record, quantity.name), quantity.name
             if quantity.kind == "place":
                 found[curve.panel] = "line", quantity.unit, list(_at_places(record.place.values, values))
                 continue
             if curve.component:
-                values = values[:, "xyz".index(curve.component)]
+                values, series = values[:, "xyz".index(curve.component)], f"{series}_{curve.component}"
             kind, unit = (
                 KINDS.get(quantity.kind, "line"),
                 "1/m" if quantity.unit == "m-1" else quantity.unit.replace("degree", "deg"),
             )
-            found.setdefault(curve.panel, (kind, unit, []))[2].append((curve.name, values))
+            bars = [
+                {"t": float(record.time[np.nanargmin(np.abs(values - value))]), "value": value, "bar": bar}
+                for value, bar in estimated.get(series, {}).values()
+            ]
+            found.setdefault(curve.panel, (kind, unit, []))[2].append(Line(curve.name, values, bars))
     return found
 
 
@@ -69,31 +86,31 @@ def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, 
 MOST_PLACES = 6
 
 
-def _at_places(names: NDArray[Any], values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
-    """(place, its tension) of those places whose tension varies most."""
+def _at_places(names: NDArray[Any], values: NDArray[Any]) -> Iterator[Line]:
+    """Tensions of those places whose tension varies most."""
     for k in sorted(np.argsort(-np.ptp(values, axis=0), kind="stable")[:MOST_PLACES]):
         segment, _, where = str(names[k]).partition(AT)
-        yield f"{segment.partition('.')[2]} {where}".strip(), values[:, k]
+        yield Line(f"{segment.partition('.')[2]} {where}".strip(), values[:, k])
 
 
 #: Curves share an axis unless together they span so many times what the widest of the first spans.
 APART = 3.0
 
 
-def _fit(first: list[tuple[str, NDArray[Any]]], *others: Any) -> Any:
+def _fit(first: list[Line], *others: Line) -> Any:
     """True if curves can be distinguished on one axis with the first ones."""
-    spans = [values for _, values in (*first, *others)]
+    spans = [line.values for line in (*first, *others)]
     whole = max(values.max() for values in spans) - min(values.min() for values in spans)
-    return whole <= APART * max(np.ptp(values) for _, values in first)
+    return whole <= APART * max(np.ptp(line.values) for line in first)
 
 
-def _split(title: str, unit: str, curves: list[Any]) -> list[tuple[str, str, float, list[Any]]]:
+def _split(title: str, unit: str, curves: list[Line]) -> list[tuple[str, str, float, list[Line]]]:
     """Panels of curves: one, unless one axis would hide some of them.
 
     Of x and y each then has its own; of the turns, the yaw.
     """
     if title == "horizontal position of C" and not _fit(curves):
-        return [(f"{name} of C", unit, 1.0, [(name, values)]) for name, values in curves]
+        return [(f"{line.name} of C", unit, 1.0, [line]) for line in curves]
     if title == "angle" and not _fit(curves[:2], *curves[2:]):
         return [(title, unit, 1.0, curves[:2]), ("yaw", unit, 1.0, curves[2:])]
     return [(title, unit, 1.0, curves)]
@@ -111,7 +128,10 @@ def panels(columns: list[tuple[Any, ...]], rows: NDArray[Any]) -> list[Panel]:
     """The panels with the chosen rows."""
     names = ("part", "kind", "title", "unit", "factor")
     return [
-        Panel(zip(names, of, strict=True), curves=[{"name": k, "values": single(values[rows])} for k, values in curves])
+        Panel(
+            zip(names, of, strict=True),
+            curves=[{"name": k, "values": single(values[rows]), "bars": list(bars)} for k, values, bars in curves],
+        )
         for *of, curves in columns
     ]
 
@@ -154,9 +174,10 @@ def _quantities(record: xr.Dataset) -> Iterator[tuple[str, str, list[tuple[str, 
     found = _panels_of(record)
     if "tension" in found:
         curves = found["tension"][2]
-        unit, factor = force_unit([values.max() for _, values in curves])
-        yield "tension", unit, [(label, factor * values) for label, values in curves]
+        unit, factor = force_unit([line.values.max() for line in curves])
+        yield "tension", unit, [(line.name, factor * line.values) for line in curves]
     if "buoy_position" in record:
         yield "position of C", "m", list(zip("xyz", record.buoy_position.values.T, strict=True))
     if "angle" in found:
-        yield "angles", *found["angle"][1:]
+        _, unit, curves = found["angle"]
+        yield "angles", unit, [(line.name, line.values) for line in curves]

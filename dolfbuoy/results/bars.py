@@ -74,6 +74,18 @@ def by_label(record: xr.Dataset) -> dict[str, dict[str, float]]:
     return found
 
 
+def extremes(part: xr.Dataset) -> dict[str, dict[str, tuple[float, float]]]:
+    """(value, bar) of the "max" and "min" that have a bar, by series, of the record of one part (`parts.part_of`)."""
+    found: dict[str, dict[str, tuple[float, float]]] = {}
+    names = {str(part[kind].values) for kind in PARTS if kind in part.coords and not part[kind].dims}
+    columns = (part[name].values.tolist() for name in ("output_of", "output", "bar_value", "bar", "bar_verdict"))
+    for of, output, value, bar, verdict in zip(*columns, strict=True) if "bar" in part else ():
+        series, _, number = output.rpartition(".")
+        if of in names and number in ("max", "min") and verdict != "none":
+            found.setdefault(series, {})[number] = value, bar
+    return found
+
+
 def summary_rows(record: xr.Dataset) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of the outputs in SHOWN, as text."""
     rows = []

@@ -74,6 +74,49 @@ def test_largest_values_and_their_times(page, found):
         assert (moment["kind"], moment["part"]) == (kind, "")
 
 
+#: Output, its value, its error bar and what is thought of it.
+LEAN, TENSION = ALONE.cone_angle.values, ALONE.tension_top.values
+BARS = {
+    "tension_top.max": (TENSION.max() * (1 - 1e-3), 23.4, "trusted"),
+    "tension_top.min": (TENSION.min(), 0.5, "suspect"),
+    "tension_top.mean": (TENSION.mean(), 0.25, "trusted"),
+    "tension_anchor.max": (ALONE.tension_anchor.values.max(), math.nan, "none"),
+    "anchor.max": (0.9 * np.linalg.norm(ALONE.anchor_force, axis=1).max(), 3.0, "trusted"),  # after the ramp
+    "cone_angle.max": (LEAN.max(), 0.0, "trusted"),
+    "buoy_position_z.max": (ALONE.buoy_position.values[:, 2].max(), 0.012, "trusted"),
+}
+
+
+def with_bars(record):
+    """The record of a run whose error bars were estimated."""
+    of = ["buoy" if name.startswith(("cone", "buoy")) else "cable" for name in BARS]
+    value, bar, verdict = zip(*BARS.values(), strict=True)
+    columns = {"output": list(BARS), "output_of": of, "bar_value": value, "bar": bar, "bar_verdict": verdict}
+    columns |= dict.fromkeys(("bar_time", "bar_space"), [math.nan] * len(of))
+    columns |= {"bar_statistics": [math.nan] * len(of), "bar_unit": ["degree" if "angle" in n else "N" for n in BARS]}
+    return record.assign({name: ("output", list(column)) for name, column in columns.items()})
+
+
+def test_error_bars_of_largest_values_and_of_curves():
+    """They stand behind the large numbers, if these are the ones that were estimated, and at the extremes of curves."""
+    page = run_page(with_bars(RUN), SCENE)
+    found, position = data_of(page), ALONE.buoy_position.values[:, 2]
+    assert [moment["bar"] for moment in found["moments"]] == [" ± 0.023", "", "", " ± 0"]
+    shown = re.findall(r'<span class="number">([^<]+)<small>([^<]+)', page)
+    assert shown[0] == (f"{TENSION.max() / 1000:.3f}", " ± 0.023 kN")
+    assert shown[3] == (f"{LEAN.max():.6g}", " ± 0 deg")
+    bars = {(p["title"], c["name"]): c["bars"] for p in found["panels"] for c in p["curves"] if c["bars"]}
+    top = [
+        {"t": T[TENSION.argmax()], "value": TENSION.max() * (1 - 1e-3), "bar": 23.4},
+        {"t": T[TENSION.argmin()], "value": TENSION.min(), "bar": 0.5},
+    ]
+    near = np.abs(TENSION - top[0]["value"]).argmin()
+    assert bars == {
+        ("tension", "upper end"): [top[0] | {"t": T[near]}, top[1]],
+        ("height", "C"): [{"t": T[position.argmax()], "value": position.max(), "bar": 0.012}],
+    }
+
+
 def test_largest_values_are_of_the_line_and_the_buoy_that_have_them():
     record = simulate("two-buoys", time__end=0.2)
     for moment in data_of(run_page(record))["moments"]:

@@ -13,7 +13,7 @@ from chromium import CHROMIUM, browser
 from dynamics_helpers import rotation_matrix
 from made_up import ALONE, PERIOD, SCENE
 from test_page import data_of, precision_rows, unpacked
-from test_page_numbers import LATE_FRAMES, RUN, cases
+from test_page_numbers import BARS, LATE_FRAMES, RUN, cases, with_bars
 
 from dolfbuoy import modes
 from dolfbuoy.page.html import _with_imports
@@ -69,6 +69,25 @@ def single(values):
 
 def between(values, digits=4):
     return f"from {short(np.min(values), digits)} to {short(np.max(values), digits)}"
+
+
+def test_error_bars_end_where_they_say(window, tmp_path):
+    """Half as long as the bar, above and below the extreme, in the first picture."""
+    opened(window, tmp_path, run_page(with_bars(RUN), SCENE))
+    said = labels(window)[0]
+    value, bar, _ = BARS["tension_top.max"]
+    assert f"with error bars: {short(value / 1000)} ± {short(bar / 1000, 2)}, " in said
+    first = "document.querySelector('#panels .chart')"
+    paths = window.run(f"[...{first}.querySelectorAll('.errorbar')].map(e => e.getAttribute('d'))")
+    assert len(paths) == 2
+    high, low = (float(x) for x in re.fullmatch(r"M[\d.]+ ([\d.]+)h10m-5 0V([\d.]+)m-5 0h10", paths[0]).groups())
+    heights = f"[...{first}.querySelectorAll('text[text-anchor=end]:not(.name)')]"
+    ticks = window.run(f"{heights}.map(e => [e.getAttribute('y') - 4, e.textContent])")
+    (y0, first_value), *_, (y1, last_value) = [(y, float(text)) for y, text in ticks]
+    pixel = (last_value - first_value) / (y1 - y0)  # [kN]
+    found = [first_value + pixel * (y - y0) for y in (high, low)]
+    assert found == pytest.approx([(value + bar) / 1000, (value - bar) / 1000], abs=0.15 * abs(pixel))
+    assert window.run(f"{first}.parentElement.querySelectorAll('.head .sample .errorbar').length") == 1
 
 
 def test_numbers_of_a_run(window, tmp_path, page):
