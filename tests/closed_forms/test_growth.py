@@ -196,6 +196,7 @@ for name, scene in json.load(open(sys.argv[1])).items():
 """
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks(tmp_path):

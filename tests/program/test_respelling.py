@@ -32,7 +32,7 @@ OTHERS = {
     "material": MOORED | {"cable": {"length": 22.0, "elements": 6, "material": "polyester 60 mm"}},
     "alone": {"sea": {"depth": 20.0}, "buoy": SLACK["buoy"], "time": SLACK["time"]},
 }
-QUICK = ["moored", "slack", "material", "alone", "navigation-buoy", "wave-rider", "chain-on-bed", "hanging-chain"]
+QUICK = ["moored", "slack", "material", "alone", "navigation-buoy", "chain-on-bed", "hanging-chain"]
 
 
 def both(name):

@@ -145,8 +145,18 @@ def stopped(scene, folder, steps):
 ADAPTIVE = [pytest.param(name, 1e-2, marks=[pytest.mark.slow] if name != "moored buoy" else []) for name in SCENES]
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize(("name", "tolerance"), [*((name, None) for name in SCENES), *ADAPTIVE])
+#: Scenes of which the schemes but the first are slow tests: what they add to the past does not depend on the scheme.
+ONCE = ("network", "steep wave", "waves of the hull's own", "bending", "irregular sea")
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance", "scheme"),
+    [
+        pytest.param(name, tolerance, scheme, marks=[pytest.mark.slow] * (name in ONCE and scheme != SCHEMES[0]))
+        for name, tolerance in [*((name, None) for name in SCENES), *ADAPTIVE]
+        for scheme in SCHEMES
+    ],
+)
 def test_bit_for_bit(name, scheme, tolerance, tmp_path, few_checkpoints):
     scene = merged(SCENES[name], time__scheme=scheme, time__tolerance=tolerance)
     if tolerance and "dragged" in name and scheme == "generalized-alpha":

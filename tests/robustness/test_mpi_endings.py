@@ -82,8 +82,8 @@ def alive(pid):
 @pytest.mark.parametrize(
     ("fault", "code", "message"),
     [
-        ("input on one rank", 2, "Error: of the test."),
-        ("solve everywhere", 1, "The solve failed. of the test."),
+        pytest.param("input on one rank", 2, "Error: of the test.", marks=pytest.mark.slow),
+        pytest.param("solve everywhere", 1, "The solve failed. of the test.", marks=pytest.mark.slow),
         ("crash on one rank", 1, "Error on rank 1"),
     ],
 )
@@ -110,7 +110,7 @@ def test_only_rank_0_speaks(folder):
     assert done.stderr.count("--frobnicate") == 1
 
 
-@pytest.mark.parametrize("how", ["Ctrl-C", "rank 1 is killed"])
+@pytest.mark.parametrize("how", [pytest.param("Ctrl-C", marks=pytest.mark.slow), "rank 1 is killed"])
 def test_a_broken_off_run_leaves_a_readable_record(folder, how):
     arguments = ["command.py", "none", "run", "rod.toml", "--t-end", "1000", "--out", "out", "--no-plot"]
     process = subprocess.Popen(

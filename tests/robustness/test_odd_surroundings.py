@@ -55,7 +55,9 @@ def test_standard_output_is_full(scene):
     check_sentence(said)
 
 
-@pytest.mark.parametrize("closed", ["2>&-", "<&-", "<&- 2>&-"])
+@pytest.mark.parametrize(
+    "closed", [*(pytest.param(one, marks=pytest.mark.slow) for one in ("2>&-", "<&-")), "<&- 2>&-"]
+)
 def test_other_streams_are_closed(scene, closed):
     code, said, _ = ended(scene.parent, "run Böje.toml --no-plot", closed)
     assert code == 0
@@ -78,11 +80,16 @@ def test_a_temporary_folder_that_cannot_be_written(scene, name, folder):
     "line",
     [
         "check Böje.toml",
-        "list",
-        "keys",
-        "export moordyn Böje.toml --out new",
         "run Böje.toml --out new",
-        "sweep Böje.toml --vary time.end=0.02 --out new",
+        *(
+            pytest.param(line, marks=pytest.mark.slow)
+            for line in (
+                "list",
+                "keys",
+                "export moordyn Böje.toml --out new",
+                "sweep Böje.toml --vary time.end=0.02 --out new",
+            )
+        ),
     ],
 )
 def test_umlauts_where_the_locale_has_none(scene, line):
@@ -92,7 +99,15 @@ def test_umlauts_where_the_locale_has_none(scene, line):
     assert shown.isascii()
 
 
-@pytest.mark.parametrize("line", ["run Böje.toml", "sweep Böje.toml --vary time.end=0.02", "check Ä.toml", "new ü"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "run Böje.toml",
+        pytest.param("sweep Böje.toml --vary time.end=0.02", marks=pytest.mark.slow),
+        "check Ä.toml",
+        "new ü",
+    ],
+)
 def test_names_of_results_that_the_locale_cannot_write(scene, line):
     code, _, said = ended(scene.parent, line, **ASCII)
     assert code == 2

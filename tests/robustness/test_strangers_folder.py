@@ -39,12 +39,12 @@ HOSTILE = {
 COMMANDS = (
     "check short",
     "run short --t-end 0.2",
-    "plot results/short",
-    "static short --out calm",
-    "export moordyn hanging-chain",
     "sweep hanging-chain --vary time.end=0.01,0.02",
 )
 SLOW = (
+    "plot results/short",
+    "static short --out calm",
+    "export moordyn hanging-chain",
     "modes short",
     "stiffness short",
     "offsets short --force 0,100 --directions 0",
