@@ -142,19 +142,20 @@ def stopped(scene, folder, steps):
     return len(read(folder / "results.nc").time), checkpoint.load(folder, 1).rows["time"]
 
 
-ADAPTIVE = [pytest.param(name, 1e-2, marks=[pytest.mark.slow] if name != "moored buoy" else []) for name in SCENES]
-
-
 #: Scenes of which the schemes but the first are slow tests: what they add to the past does not depend on the scheme.
 ONCE = ("network", "steep wave", "waves of the hull's own", "bending", "irregular sea")
 
 
+def is_slow(name, scheme, tolerance):
+    """Whether a case is left out of the essential ones."""
+    return name != "moored buoy" if tolerance else name in ONCE and scheme != SCHEMES[0]
+
+
 @pytest.mark.parametrize(
-    ("name", "tolerance", "scheme"),
+    ("name", "scheme", "tolerance"),
     [
-        pytest.param(name, tolerance, scheme, marks=[pytest.mark.slow] * (name in ONCE and scheme != SCHEMES[0]))
-        for name, tolerance in [*((name, None) for name in SCENES), *ADAPTIVE]
-        for scheme in SCHEMES
+        pytest.param(*case, marks=[pytest.mark.slow] if is_slow(*case) else [])
+        for case in itertools.product(SCENES, SCHEMES, (None, 1e-2))
     ],
 )
 def test_bit_for_bit(name, scheme, tolerance, tmp_path, few_checkpoints):
