@@ -144,20 +144,13 @@ def stopped(scene, folder, steps):
 
 #: Scenes of which the schemes but the first are slow tests: what they add to the past does not depend on the scheme.
 ONCE = ("network", "steep wave", "waves of the hull's own", "bending", "irregular sea")
+CASES = [
+    pytest.param(name, scheme, h, marks=[pytest.mark.slow] * (name != "moored buoy" if h else name in ONCE and k > 0))
+    for name, (k, scheme), h in itertools.product(SCENES, enumerate(SCHEMES), (None, 1e-2))
+]
 
 
-def is_slow(name, scheme, tolerance):
-    """Whether a case is left out of the essential ones."""
-    return name != "moored buoy" if tolerance else name in ONCE and scheme != SCHEMES[0]
-
-
-@pytest.mark.parametrize(
-    ("name", "scheme", "tolerance"),
-    [
-        pytest.param(*case, marks=[pytest.mark.slow] if is_slow(*case) else [])
-        for case in itertools.product(SCENES, SCHEMES, (None, 1e-2))
-    ],
-)
+@pytest.mark.parametrize(("name", "scheme", "tolerance"), CASES)
 def test_bit_for_bit(name, scheme, tolerance, tmp_path, few_checkpoints):
     scene = merged(SCENES[name], time__scheme=scheme, time__tolerance=tolerance)
     if tolerance and "dragged" in name and scheme == "generalized-alpha":
