@@ -151,13 +151,17 @@ class Turned(NamedTuple):
 
 @dataclass(frozen=True)
 class Rest:
-    """A network at rest: `positions` of all joints; tension at its start, length that lies and ends of every piece."""
+    """A network at rest: `positions` of all joints; tension at its start, length that lies and ends of every piece.
+
+    state: unknowns of what moves, from which networks like this are solved; None if nothing does.
+    """
 
     network: Network
     positions: Array
     pulls: Array
     lying: Array
     ends: Array
+    state: Any = None
 
     @cached_property
     def shapes(self) -> list[Shape]:
@@ -228,10 +232,11 @@ def _between(network: Network, piece: Piece, start: Array, end: Array) -> Any:
         raise SolveError(str(error)) from None
 
 
-def solve(network: Network) -> Rest:
+def solve(network: Network, near: Rest | None = None) -> Rest:
     """Rest of a network, from nowhere: no start is needed.  Raises SolveError if it has none or none is found.
 
-    A table T(e) counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
+    near: rest of one that differs little, with the same joints and pieces, from which it is found sooner.  A table T(e)
+    counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
     """
     for number, piece in enumerate(network.pieces):
         start, end = network.joints[piece.start], network.joints[piece.end]
@@ -242,31 +247,32 @@ def solve(network: Network) -> Rest:
                 raise SolveError(
                     f"piece {number}: an inextensible line of {piece.length:.6g} m cannot span {distance:.6g} m"
                 )
-    rest = _solve(network)
+    rest = _solve(network, near)
     for _ in range(ROUNDS):
         pairs = zip(network.pieces, rest.shapes, strict=True)
         EA = [secant(p.EA, float(max(shape.tension(np.array([0.0, p.length]))))) for p, shape in pairs]
         if all(new == old.EA or abs(new / old.EA - 1) < SAME for new, old in zip(EA, rest.network.pieces, strict=True)):
             return rest
         pieces = [replace(piece, EA=new) for piece, new in zip(network.pieces, EA, strict=True)]
-        rest = _solve(replace(network, pieces=pieces))
+        rest = _solve(replace(network, pieces=pieces), rest)
     return rest
 
 
-def _solve(network: Network) -> Rest:
+def _solve(network: Network, near: Rest | None) -> Rest:
     """Rest with each table as a number.  Pieces between held ends have nothing to do with the others."""
     places = [np.zeros(3) if joint.free else np.asarray(joint.position) for joint in network.joints]
     positions = np.array(places, float)
     held, n = np.array([network.is_held(piece) for piece in network.pieces]), len(network.pieces)
-    pulls, lying, ends = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 2, 3))
+    pulls, lying, ends, state = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 2, 3)), None
     if not held.all():
         from .network_equations import Equations  # and scipy: 0.1 s of every start
 
         moving = replace(network, pieces=[piece for piece, h in zip(network.pieces, held, strict=True) if not h])
-        positions, pulls[~held], lying[~held], ends[~held] = Equations(moving).solve()
+        found = Equations(moving).solve(near.state if near else None)
+        positions, pulls[~held], lying[~held], ends[~held], state = found
     for i in np.flatnonzero(held):
         piece = network.pieces[i]
         ends[i] = positions[[piece.start, piece.end]] + [piece.start_offset, piece.end_offset]
         shape = _between(network, piece, *ends[i])
         pulls[i], lying[i] = shape.force(np.zeros(1))[0], shape.length_on_bed
-    return Rest(network, positions, pulls, lying, ends)
+    return Rest(network, positions, pulls, lying, ends, state)

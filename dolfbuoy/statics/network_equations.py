@@ -57,6 +57,14 @@ class State(NamedTuple):
     jacobian: Any
 
 
+class Near(NamedTuple):
+    """Unknowns of a solution with the smoothing and the unit of force [N] in which they are."""
+
+    y: Array
+    eps: float
+    force_unit: float
+
+
 class Equations:
     """Residual and Jacobian in units of a typical force and length; `solve` gives the rest in SI units."""
 
@@ -260,13 +268,13 @@ class Equations:
             return csc_matrix((entries, (rows, columns)), shape=(size, size))
         return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
 
-    def solve(self) -> tuple[Array, Array, Array, Array]:
-        """(positions, n at the start as given, lying lengths, ends), in SI units.  Raises SolveError."""
-        guess, (places, pulls, _, reactions) = np.zeros(self.slices[-1].stop), self.slices
-        guess[places] = self.held[self.free].ravel()
-        guess[pulls][2::3] = -self.w * self.L / 2  # each piece carried by its two ends
-        guess[reactions] = np.where(self.joint_touches, 0.1, 0.0)
-        y, eps = self._follow(guess)
+    def solve(self, near: Near | None = None) -> tuple[Array, Array, Array, Array, Near]:
+        """(positions, n at the start as given, lying lengths, ends), in SI units, and the state for networks like this.
+
+        near: state of another network, of as many joints and pieces, tried first.  Raises SolveError.
+        """
+        y, eps = self._from(near) or self._follow(self._nowhere())
+        state = Near(y.copy(), eps, self.force_unit)
         positions, n, d, _ = self.split(y)
         lying, ends = self.lying(d, eps), positions[self.joint] + self.offset
         n[self.turned, 2] += (self.w * (self.L - lying))[self.turned]
@@ -274,7 +282,32 @@ class Equations:
         n[self.turned] *= -1
         ends[self.turned] = ends[self.turned, ::-1]
         x, lying, ends = (length * self.length_unit for length in (positions, lying, ends))
-        return x, n * self.force_unit, lying, ends
+        return x, n * self.force_unit, lying, ends, state
+
+    def _nowhere(self) -> Array:
+        """Unknowns at eps = 1: joints where they are known or in the middle, pieces carried by their two ends."""
+        guess, (places, pulls, _, reactions) = np.zeros(self.slices[-1].stop), self.slices
+        guess[places] = self.held[self.free].ravel()
+        guess[pulls][2::3] = -self.w * self.L / 2
+        guess[reactions] = np.where(self.joint_touches, 0.1, 0.0)
+        return guess
+
+    def _from(self, near: Near | None) -> tuple[Array, float] | None:
+        """State and smoothing from those of a network nearby; None if Newton does not come from there."""
+        if near is None or near.y.size != self.slices[-1].stop or near.eps > LAST_EPS:
+            return None
+        y = near.y.copy()
+        for forces in (self.slices[1], self.slices[3]):
+            y[forces] *= near.force_unit / self.force_unit
+        try:
+            y = self._newton(self._state(y, near.eps, LAST_SOFTNESS), 1e-14, accepted=TIGHT).y
+        except SolveError:
+            return None
+        return None if self._is_broken(y, LAST_SOFTNESS) else (y, near.eps)
+
+    def _is_broken(self, y: Array, softness: float) -> bool:
+        """True if the compliance, which is there for Newton only, is felt: inextensible lines are too short."""
+        return bool(softness * np.abs(y[self.slices[1]]).max() > GOOD_EPS)
 
     def _follow(self, y: Array, eps: float = 1.0, factor: float = 0.1) -> tuple[Array, float]:
         """State and smallest eps: Newton for an eps that falls from 1, in steps that shrink where Newton fails."""
@@ -296,7 +329,7 @@ class Equations:
             softness = eps
             if eps > GOOD_EPS:
                 raise
-        if softness * np.abs(state.y[self.slices[1]]).max() > GOOD_EPS:
+        if self._is_broken(state.y, softness):
             raise SolveError("no rest of the lines was found: inextensible ones are too short")
         return state.y, eps
 

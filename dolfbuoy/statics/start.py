@@ -137,7 +137,7 @@ def closed_form(problem: Problem, easier: Callable[[still.Network], still.Networ
             joints = change(problem, network, found)
             if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
                 network = replace(network, joints=joints)
-                found = still.solve(network)
+                found = still.solve(network, found)
         if not problem.network.bends:
             return Start(problem, found.shapes, poses)
         return Start(problem, *bend(problem.network, found, poses, scene.sea is not None))
@@ -219,7 +219,7 @@ def _in_stream(
         drags = {k: new[k] if k not in drags else (new[k] + drags[k]) / 2 for k in counts}
         try:
             following = replace(make(drags), surface=network.surface)
-            found = still.solve(following)
+            found = still.solve(following, rest)
             _ = found.shapes
         except SolveError:
             break

@@ -14,6 +14,7 @@ from dolfbuoy.errors import SolveError
 from dolfbuoy.scene.stiffness import TensionTable
 from dolfbuoy.statics import catenary, on_bed
 from dolfbuoy.statics.network import Joint, Network, Piece, solve
+from dolfbuoy.statics.network_equations import Equations
 from dolfbuoy.statics.on_bed import UP, Bed
 
 CASES = reference("bed_and_networks")["cases"]
@@ -154,6 +155,40 @@ def test_cutting_a_line_changes_nothing():
         check(parts, joints=[4])
         np.testing.assert_allclose(force_on(parts, 1), force_on(whole, 1), rtol=1e-9, atol=1e-4)
         np.testing.assert_allclose(parts.positions[4], whole.shapes[0].position(510.0), atol=1e-6)
+
+
+@pytest.mark.parametrize("other", [{"EA": 3e7}, {"drag": (4.0, -7.0, 1.0)}, {"w": 200.0}])
+def test_from_a_neighbour_as_from_nowhere(other, monkeypatch):
+    """The same rest in a quarter of the evaluations, the unit of force too being another."""
+    counts, evaluate = [0, 0], Equations.evaluate
+
+    def counted(equations, *arguments, **options):
+        counts[-1] += 1
+        return evaluate(equations, *arguments, **options)
+
+    monkeypatch.setattr(Equations, "evaluate", counted)
+    near, network = solve(y_bridle()), y_bridle(**other)
+    counts.append(0)
+    fresh = solve(network)
+    counts.append(0)
+    found = solve(network, near)
+    np.testing.assert_allclose(found.positions, fresh.positions, rtol=1e-12, atol=1e-10)
+    np.testing.assert_allclose(found.pulls, fresh.pulls, rtol=1e-11, atol=1e-9)
+    np.testing.assert_allclose(found.lying, fresh.lying, atol=1e-9)
+    assert counts[-1] < 0.25 * counts[-2]
+
+
+def test_a_neighbour_that_does_not_help():
+    """Of other pieces, not smoothed to the end, or far away: then as from nowhere."""
+    whole, network = solve(y_bridle()), y_bridle()
+    cut = Network([*network.joints], network.pieces[:2])
+    np.testing.assert_array_equal(solve(cut, whole).positions, solve(cut).positions)
+    rough = dataclasses.replace(whole, state=whole.state._replace(eps=1e-8))
+    np.testing.assert_array_equal(solve(network, rough).positions, whole.positions)
+    far = dataclasses.replace(whole, state=whole.state._replace(y=-whole.state.y))
+    np.testing.assert_allclose(solve(network, far).positions, whole.positions, atol=1e-10)
+    with pytest.raises(SolveError, match="inextensible ones are too short"):
+        solve(y_bridle(EA=INF, length=20.0), whole)
 
 
 def test_a_slack_leg_of_a_bridle_hangs():

@@ -141,7 +141,8 @@ class Change:
         begin, end = (starts[row - 1] + column for row, column in self.span(node))
         self.source = (raw[:begin] + put.encode() + raw[end:]).decode()
         self.lines = range(statement.lineno, statement.end_lineno + 1)
-        self.diff = "".join(difflib.unified_diff(lines, self.source.splitlines(keepends=True), n=1)).split("\n", 2)[2]
+        found = difflib.unified_diff(lines, self.source.splitlines(keepends=True), n=1)
+        self.diff = "".join(list(found)[2:])  # behind the names of the files; empty if nothing has changed
 
     @staticmethod
     def span(node):

@@ -24,9 +24,9 @@ solve = network_equations.Equations.solve
 evaluations = []
 
 
-def counted(equations):
+def counted(equations, near=None):
     """`Equations.solve`, whose evaluations are counted."""
-    found = solve(equations)
+    found = solve(equations, near)
     evaluations.append(equations.evaluations)
     return found
 
