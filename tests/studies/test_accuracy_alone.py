@@ -198,7 +198,9 @@ def test_the_first_run_and_finer_ones():
     assert target.first(load_scene(scene, time__end=4.0)).time.step == pytest.approx(0.1)
     free = load_scene("hanging-chain", accuracy={"target": 0.05})
     assert target.first(free).time.step == free.time.step
-    legs = load_scene("three-legs", accuracy={"target": 0.05}, cable__elements=4)
+    legs = load_scene(
+        "three-legs", accuracy={"target": 0.05}, **{f"cable.{name}.elements": 4 for name in ("east", "north", "south")}
+    )
     assert space_of(target.first(legs)) == Space(1, 0, 24)
     finer = target._finer(found, 1.5)
     assert (space_of(finer).cells, stepping_of(finer)) == (
