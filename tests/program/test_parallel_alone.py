@@ -3,6 +3,7 @@
 Source: the same numbers and words by hand; ranks, clocks and signals that are made up.
 """
 
+import copy
 import json
 import math
 import os
@@ -31,6 +32,7 @@ class Comm:
         return op(value)
 
     def allgather(self, value):
+        value = copy.copy(value)  # it has been sent
         return [*self.received, value] if self.rank else [value, *self.received]
 
     def isend(self, value, rank, tag):
@@ -136,6 +138,26 @@ def test_two_ranks_share_their_cases(tmp_path, monkeypatch):
     assert [row["b"] for row in cases.evaluate_all(evaluate, rows, tmp_path, structure)] == [0, -1, -2, -3, -1]
     assert seen == [2, 0, 1]
     assert [path.name for path in (tmp_path / "cases").iterdir() if path.is_dir()] == [prepared[2].name]
+
+
+@pytest.mark.parametrize(
+    ("rank", "work", "shares"),
+    [(0, lambda case: case["a"], {0: 2.0, 1: 1e-12}), (0, None, {0: 1.0, 1: 1.0}), (1, lambda case: case["a"], {})],
+)
+def test_work_is_known_to_the_first(rank, work, shares, tmp_path, monkeypatch):
+    """At least a little of each case, so that what is left can be told by it."""
+    told, rows = [], [{"a": 2.0}, {"a": 0.0}]
+
+    def begun(*given):
+        told.append(given)
+        return nullcontext(SimpleNamespace(watching=lambda i: nullcontext(), done=lambda *_: None))
+
+    monkeypatch.setattr(cases, "_Progress", begun)
+    world(monkeypatch, Comm(0, 1))
+    prepared = cases._prepared(tmp_path, tmp_path / "cases", rows, None, print)
+    world(monkeypatch, Comm(rank, 2, [prepared] * rank))
+    cases.compute(lambda case: {}, rows, tmp_path, work=work)
+    assert told == [(shares, 2)]
 
 
 def test_who_takes_part(monkeypatch):

@@ -25,18 +25,18 @@ def test_results_of_several_files(tmp_path):
 
 def test_files_that_are_no_store_are_left_alone(tmp_path):
     """However many there are; an empty one is taken; a file with another name is given one of its own."""
-    for name in ("rank-0.jsonl", "rank-0-1.jsonl"):
+    for name in ("rank-0.jsonl", "rank-0-1.jsonl", "rank-0-2.jsonl"):
         (tmp_path / name).write_text("mine")
-    (tmp_path / "rank-0-2.jsonl").write_text("")
+    (tmp_path / "rank-0-3.jsonl").write_text("")
     writer = Writer(tmp_path / "rank-0.jsonl", "one")
     writer.add("x", {"a": 1})
     assert Store(tmp_path, "one").result("x") == {"a": 1}  # it is on the disk at once
     writer.close()
-    assert (tmp_path / "rank-0-2.jsonl").read_bytes().count(b"\n") == 1
+    assert (tmp_path / "rank-0-3.jsonl").read_bytes().count(b"\n") == 1
     assert (tmp_path / "rank-0-1.jsonl").read_text() == "mine"
     kept = tmp_path / "kept"
-    os.link(tmp_path / "rank-0-2.jsonl", kept)
-    writer = Writer(tmp_path / "rank-0-2.jsonl", "one")
+    os.link(tmp_path / "rank-0-3.jsonl", kept)
+    writer = Writer(tmp_path / "rank-0-3.jsonl", "one")
     writer.add("y", {"a": 2})
     writer.close()
     assert kept.read_bytes().count(b"\n") == 1
