@@ -162,8 +162,7 @@ def test_work_is_known_to_the_first(rank, work, shares, tmp_path, monkeypatch):
 
 def test_who_takes_part(monkeypatch):
     comm = world(monkeypatch, Comm())
-    assert cases.ranks_beside(None) is comm
-    assert cases.ranks_beside("an executor") == "self"
+    assert (cases.ranks_beside(None), cases.ranks_beside("an executor")) == (comm, "self")
 
 
 def test_cases_are_computed_again_where_that_is_asked_for(tmp_path):
@@ -228,10 +227,7 @@ def test_workers_tell_the_time_of_all_cases(work, workers, said, capsys):
     shown = " ".join(capsys.readouterr().err.split())
     at_once = ", 2 at once" if workers > 1 else ""
     assert (f"2 cases{at_once}: about 20 s, by their steps, elements and waves." in shown) == said
-
-
-def test_more_workers_than_cases_take_as_long_as_one(capsys):
-    with cases._Progress({0: 30.0}) as progress:
+    with cases._Progress({0: 30.0}) as progress:  # more of them than there are cases
         progress.sent(8)
     assert "1 cases, 8 at once: about 30 s" in " ".join(capsys.readouterr().err.split())
 
