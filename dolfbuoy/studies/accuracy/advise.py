@@ -110,7 +110,7 @@ def advise_all(
             found = cheapest(scene, of, accuracy, say) if of else advise(scene, quantity, accuracy, say)
         except (InputError, SolveError) as error:
             found = error
-    shared = comm.bcast(found if isinstance(found, Exception) else found.scene)
+    shared = comm.bcast(getattr(found, "scene", found))
     if isinstance(shared, Exception):
         raise shared
     result: Advice | Verified | Scene = found if comm.rank == 0 else shared
