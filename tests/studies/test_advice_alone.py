@@ -64,6 +64,7 @@ def test_how_far_a_pilot_goes(refined):
     assert [(row["error_in"], row["share"]) for row in rows] == [("time", math.inf), ("time", 8.0), ("time", 2.0)]
     points, last, _, cells, rows = refined([9.0, 8.0, 1.9], in_space=True)
     assert (points, last, cells, rows[-1]["error_in"]) == ([math.inf, 8.0, 1.9], 1.0, [0.0, 1.0, 2.0], "space")
+    assert refined([9, 8.0, 2.1, 0.1])[0][2:] == [2.1, 0.1]
     assert refined([9, 8.0, 7.0, 6.0, 0.1])[:2] == ([math.inf, 8.0, 7.0, 6.0], math.inf)
     assert refined([9, 10.0, 7.0, 6.0, 0.1])[0] == [math.inf, 10.0, 7.0, 6.0]  # 7 is no less than 0.7 of 10
     assert refined([9, 10.0, 6.9, 6.0, 0.1])[0] == [math.inf, 10.0, 6.9, 6.0, 0.1]
@@ -171,8 +172,6 @@ def test_nothing_is_tried_where_nothing_is_left(monkeypatch):
         cheapest.cheapest(DRIVEN, ["tension_top.max"], 0.01, asked.append)
     end = cheapest.Pilot(DRIVEN, 0.01).scene.time.end
     assert asked == [f"Pilot until t = {end:g} s of 60 s.", 1.0]
-    with pytest.raises(SolveError, match=r"keep 1 % in tension_top\.max, anchor\.max, cone_angle\.max\.$"):
-        cheapest.cheapest(DRIVEN, [], 0.01, asked.append)
 
 
 def test_advice_in_words():
@@ -193,6 +192,9 @@ def test_advice_in_words():
         "tension_top.max of two: 8.0000 +- 0.0040 kN, 0.05 %.",
         f"Bars are those of this run and one with twice the step and half the elements until t = {until:g} s.",
     ]
+    found.scene = load_scene(scene, time__end=20.0)
+    said = cheapest.sentences(cheapest.Verified(scene, 0.01, choice, found, [choice], [], []))
+    assert said[-1].endswith("half the elements.")
 
 
 # -- a quantity: pilot and prediction ----------------------------------------------------------------------------------
@@ -220,7 +222,6 @@ def test_first_steps_of_a_pilot():
 def test_work_of_a_run():
     """Iterations and one residual more of each step, of rejected ones too."""
     assert [pilot._work(run_of(100, 300, k)) for k in (0, 10)] == [400, 440]
-    assert pilot._work(run_of(0, 0)) == 0
 
 
 def test_the_mesh_on_which_schemes_are_compared():
@@ -241,12 +242,12 @@ def test_meshes_that_are_predicted():
 
 def test_finer_and_finer_runs():
     """Until half of the accuracy, or dear; those that fail are left out."""
-    own, errors = made(), iter([0.04, 0.02, 0.0049, 0.001])
+    own, errors = made(), iter([0.04, 0.0053, 0.0049, 0.001])
     runs = {1: run_of(), 2: None, 3: run_of(), 4: run_of(iterations=301), 5: run_of()}
     own.run, own.difference = lambda k, _: runs[k], lambda run, truth: next(errors)
     points = own._finer([(k, k) for k in range(1, 6)], None, 1e-4)
     assert [k for (k, _), _ in points] == [1, 3, 4]
-    assert [error for _, error in points] == pytest.approx([0.0401, 0.0201, 0.005])
+    assert [error for _, error in points] == pytest.approx([0.0401, 0.0054, 0.005])
     errors = iter([0.04, 0.02, 0.01])
     assert len(own._finer([(k, k) for k in (3, 4, 5)], None, 0.0, dearest=400.0)) == 2
     errors = iter([0.04, 0.02, 0.01])
