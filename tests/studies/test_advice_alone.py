@@ -13,7 +13,7 @@ import xarray as xr
 from dolfbuoy import load_scene
 from dolfbuoy.accuracy.bars import RESOLVED, Bar
 from dolfbuoy.accuracy.outputs import Output
-from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.errors import SolveError
 from dolfbuoy.results.compare import Curve
 from dolfbuoy.results.measured import Run
 from dolfbuoy.scene.settings import Space, Stepping, space_of, stepping_of, with_settings
@@ -341,6 +341,13 @@ def test_what_is_advised_next():
         with pytest.raises(SolveError):
             advise.verified(own, 9)
         assert len(targets) == 5
+        own.own_time, errors["a"] = 0.006, 0.005
+        targets.clear()
+        with pytest.raises(SolveError):
+            advise.verified(own, 2)
+        assert targets == pytest.approx([0.007, 0.0056])
+        own.own_time, errors["a"] = 0.0, 0.01
+        assert advise.verified(own, 1).measured == 0.01
         own.candidates = lambda target: [Candidate("x", "", 0.006, 1.0)]
         asked.clear()
         with pytest.raises(SolveError):
@@ -382,18 +389,3 @@ def test_what_is_said_of_seas_and_of_what_has_no_period():
         assert len(said) == {"storm": 5, "hanging-chain": 4, "short": 3}[name]
     own.whole = with_settings(own.whole, choice.space, choice.stepping)
     assert len(advise.sentences(advise.Advice(own.whole, choice, 0.006, [choice], own, []))) == 2
-
-
-def test_other_ranks_have_the_scene_alone(monkeypatch):
-    """Or what the first raises."""
-    sent = []
-    monkeypatch.setattr(advise, "advise", lambda *_: SimpleNamespace(scene="a scene"))
-    first = SimpleNamespace(rank=0, bcast=lambda found: sent.append(found) or found)
-    found = advise.advise_all(DRIVEN, "tension_top", 0.01, print, first)
-    assert (found.scene, sent) == ("a scene", ["a scene"])
-    monkeypatch.setattr(advise, "advise", lambda *_: pytest.fail("computed"))
-    other = SimpleNamespace(rank=1, bcast=lambda found: "a scene")
-    assert advise.advise_all(DRIVEN, "tension_top", 0.01, print, other) == "a scene"
-    other.bcast = lambda found: InputError("no")
-    with pytest.raises(InputError, match="no"):
-        advise.advise_all(DRIVEN, "tension_top", 0.01, print, other)

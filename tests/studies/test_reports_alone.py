@@ -15,7 +15,7 @@ from dolfbuoy.motion.schemes import make_scheme
 from dolfbuoy.results.compare import Curve, Error
 from dolfbuoy.results.measured import Run
 from dolfbuoy.scene.settings import Space, Stepping
-from dolfbuoy.studies.accuracy import convergence, linear_answer, pilot, report, report_text, work_precision
+from dolfbuoy.studies.accuracy import advise, convergence, linear_answer, pilot, report, report_text, work_precision
 from dolfbuoy.studies.accuracy.pilot import Pilot
 
 DRIVEN = load_scene("driven")
@@ -124,6 +124,21 @@ def test_curves_of_a_pilot(monkeypatch):
     assert own.space_curves[2, 1].x.tolist() == [1 / 24, 1 / 12, 1 / 6, 1 / 3]
     assert own.space_curves[1, 0].x.tolist() == [1 / 20, 1 / 10, 1 / 5]
     assert two[0] == one[0] == ALPHA
+
+
+def test_other_ranks_have_the_scene_alone(monkeypatch):
+    """Or what the first raises."""
+    sent = []
+    monkeypatch.setattr(advise, "advise", lambda *_: SimpleNamespace(scene="a scene"))
+    first = SimpleNamespace(rank=0, bcast=lambda found: sent.append(found) or found)
+    found = advise.advise_all(DRIVEN, "tension_top", 0.01, print, first)
+    assert (found.scene, sent) == ("a scene", ["a scene"])
+    monkeypatch.setattr(advise, "advise", lambda *_: pytest.fail("computed"))
+    other = SimpleNamespace(rank=1, bcast=lambda found: "a scene")
+    assert advise.advise_all(DRIVEN, "tension_top", 0.01, print, other) == "a scene"
+    other.bcast = lambda found: InputError("no")
+    with pytest.raises(InputError, match="no"):
+        advise.advise_all(DRIVEN, "tension_top", 0.01, print, other)
 
 
 # -- orders ------------------------------------------------------------------------------------------------------------
