@@ -189,22 +189,23 @@ def test_what_is_kept_of_a_case(monkeypatch, tmp_path):
     monkeypatch.setattr(one_case, "now", lambda: "today")
     monkeypatch.setattr(one_case.cautions, "cut", lambda record, scene: 0.125)
     monkeypatch.setattr(one_case, "lives", lambda sample: {"tension_top of cable": 33.0, "new": 4.0})
+    whole = one_case.sample_of
+    monkeypatch.setattr(one_case, "sample_of", lambda *given, bins: asked.append(bins) or whole(*given, bins=bins))
     monkeypatch.setattr(one_case, "bars_of", lambda record, scene, other: (bars, [str(type(other).__name__)]))
     base = load_scene(SCENE, accuracy={"estimate": "companion"})
     found = one_case.evaluate(CASE, base, str(tmp_path), 77.0)
-    assert asked == [(3.0, key(CASE), 77.0, False), (3.0, None, 77.0, False)]
+    assert asked == [(3.0, key(CASE), 77.0, False), 64, (3.0, None, 77.0, False)]
     top = RECORD.tension_top.values
     numbers = found["statistics"]["tension_top of cable"]
     assert (numbers["maximum"], numbers["life"]) == (pytest.approx(top.max()), 33.0)
     assert numbers["maximum_bar"] == 0.25
     assert found["statistics"]["new"] == {"life": 4.0}
     assert found["sample"]["series"]["tension_top of cable"]["maximum"] == pytest.approx(top.max())
-    assert all(len(part[0]) <= 64 for part in found["sample"]["peaks"].values())
     kept = {name: found[name] for name in ("status", "cut", "changes", "base", "seconds", "created")}
     assert kept == CASE | {"status": "done", "cut": 0.125, "seconds": 3.5, "created": "today"}
     monkeypatch.setattr(one_case, "clock", SimpleNamespace(monotonic=iter((0.0, 1.0)).__next__))
     plain = one_case.evaluate(CASE, load_scene(SCENE, accuracy={"estimate": "none"}), None)
-    assert asked[2:] == [(3.0, None, math.inf, False)]
+    assert asked[3:] == [(3.0, None, math.inf, False), 64]
     assert "maximum_bar" not in plain["statistics"]["tension_top of cable"]
 
 
@@ -277,13 +278,14 @@ def test_what_a_sweep_computes_with(monkeypatch, tmp_path):
 
 def test_cases_that_are_looked_at(monkeypatch):
     """Evenly spaced, and those with the smallest and the largest of each number."""
+    assert len(sweep._looked_at([{"b": "word"}] * 5000)) == 50
     monkeypatch.setattr(sweep, "LOOKED_AT", 4)
     numbers = [5, 1, 7, 2, 9, 3, 8, 0, 4, 6, 5, 5]
     changes = [{"a": x, "b": "word"} | ({"c": -x} if x == 2 else {}) for x in numbers]
     assert sweep._looked_at(changes) == {0, 3, 6, 9} | {7, 4} | {3}
     assert sweep._looked_at(changes[:3]) == {0, 1, 2}
     assert sweep._looked_at([{"b": "word"}] * 9) == {0, 2, 4, 6, 8}
-    assert sweep.LOOKED_AT == 4
+    assert sweep._looked_at([{"b": "word"}] * 3) == {0, 1, 2}
 
 
 def test_the_plan_of_a_sweep():

@@ -4,6 +4,7 @@ Source: the same sweep in one piece, bit for bit; the lines of the store, counte
 """
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -185,6 +186,32 @@ def test_two_processes_do_not_run_one_part(tmp_path):
     assert len(lines(tmp_path)) == 2
     with claimed(tmp_path), pytest.raises(InputError, match="in use by another run"):
         run_part(planned, tmp_path, Part(1, 2))
+
+
+def test_who_may_be_in_a_sweep_and_what_is_no_folder_of_it(tmp_path, monkeypatch):
+    """Parts run beside each other and beside who collects; records are shared too; links are refused."""
+    planned, ran = plan(ROD, VARY, None), []
+    monkeypatch.setattr(sweeping, "compute", lambda *_, **__: ran.append(True))
+    monkeypatch.setattr(sweeping, "_written", lambda *_: ran.append(True))
+    (tmp_path / "cases").mkdir()
+    with claimed(tmp_path, shared=True), claimed(tmp_path / "records", shared=True):
+        run_part(planned, tmp_path, Part(1, 2), keep=True)
+        collected(planned, tmp_path)
+    for what, run in (
+        ("records", lambda: run_part(planned, tmp_path, Part(1, 2), keep=True)),
+        (".", lambda: collected(planned, tmp_path)),
+    ):
+        with claimed(tmp_path / what), pytest.raises(InputError, match="in use by another run"):
+            run()
+    assert len(ran) == 2
+    for name in ("records", "cases/running", "cases/part-1-of-9", "cases/part-1-of-2", "cases"):
+        if (tmp_path / name).is_dir():
+            shutil.rmtree(tmp_path / name)
+        (tmp_path / name).symlink_to(tmp_path)
+        with pytest.raises(InputError, match="link"):
+            run_part(planned, tmp_path, Part(1, 2))
+        (tmp_path / name).unlink()
+    assert len(ran) == 2
 
 
 def test_what_will_not_run_is_said_before_the_first_case(tmp_path):
