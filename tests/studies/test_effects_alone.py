@@ -180,3 +180,31 @@ def test_moordyn_is_tried_with_half_the_step(monkeypatch):
     assert asked == [9.0, (0.0, None, 1), 9.0, (0.0, 0.004, 1), 9.0, (0.0, 0.002, 1), 9.0, (0.0, 0.001, 1), 9.0]
     with pytest.raises(InputError, match="needs a scene with a cable"):
         peer.compare(FREE)
+
+
+def test_the_start_beside_moordyn(monkeypatch):
+    """At rest, of a scene that has no time too."""
+    asked = []
+    monkeypatch.setattr(peer, "simulate", lambda scene, **how: asked.append(how) or RECORD)
+    monkeypatch.setattr(peer, "start_of", lambda record: float(record.time))
+    assert [peer.beginning(scene) for scene in (SCENE, load_scene(SCENE, time=None))] == [0.0, 0.0]
+    assert asked == [{"time.end": 0.0}, {"time.end": 0.0, "time.step": 1.0}]
+
+
+def test_curves_beside_moordyn(monkeypatch, tmp_path):
+    """Twelve at most, none of anchors; a unit above and below what is constant; of MoorDyn the second half."""
+    t = np.linspace(0.0, 10.0, 11)
+    names = ["a: tension_top", "a: tension_anchor", *(f"b{k}: keel x" for k in range(13))]
+    ours = {name: np.full(11, 5000.0 if "tension" in name else 2.0) for name in names}
+    theirs = ours | {"b0: keel x": np.where(t < 5.0, 99.0, 4.0)}
+    kept = []
+    monkeypatch.setattr(peer, "save", lambda figure, path: kept.append((figure, path)))
+    found = peer.Comparison([{"quantity": name} for name in names], [], (t, ours), (t, theirs))
+    peer.draw(found, tmp_path)
+    ((figure, path),) = kept
+    assert (path, len(figure.axes)) == (tmp_path / "comparison", 12)
+    assert figure.axes[0].get_ylim() == (4.0, 6.0)
+    assert figure.axes[1].get_ylim() == pytest.approx((1.88, 4.12))
+    assert [axes.get_ylabel().splitlines()[-1] for axes in figure.axes[:2]] == ["[kN]", "[m]"]
+    assert [line.get_linestyle() for line in figure.axes[1].lines] == ["-", "--"]
+    assert figure.get_size_inches()[1] == pytest.approx(1.2 + 12 * 1.1)

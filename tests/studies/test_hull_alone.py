@@ -106,6 +106,19 @@ def test_a_cable_that_drowns_its_buoy(monkeypatch):
     assert gone == [True]
 
 
+def test_a_run_beside_a_response(monkeypatch):
+    """In waves of a thousandth of the diameter, from the same side."""
+    asked, motions = [], dict.fromkeys(hull.MOTIONS, 1.0 + 0j)
+    monkeypatch.setattr(hull, "measured", lambda *given: asked.append(given[1:]) or motions)
+    own = Response(6.0, 0.1, Motions(surge=1.1, sway=0, heave=1.0, roll=0, pitch=0.9, yaw=0))
+    monkeypatch.setattr(hull, "responses", lambda *given: asked.append(given[1:]) or [own])
+    (row,) = hull._run(FREE, {"period": 6.0, "direction": 40.0})["rows"]
+    widest = max(diameter for _, diameter in FREE.buoy[0].hull)
+    assert asked == [(6.0, 40.0, pytest.approx(1e-3 * widest)), ([6.0], 40.0)]
+    assert (row["period"], row["surge_difference"], row["heave_run"]) == (6.0, pytest.approx(10.0), 1.0)
+    assert row["pitch_over_slope_run"] == pytest.approx(10.0)
+
+
 def response_row(held, period):
     """A row of the response, each number of its own."""
     row = {"held": held, "period": period, "wavelength": 1.5 * period**2}
@@ -128,7 +141,7 @@ def test_tables_of_a_hull(tmp_path, monkeypatch):
     for held in ("moored", "free"):
         levers = [{"heel_deg": heel, "lever": heel / 90} for heel in (0.0, 90.0, 180.0)]
         cases.append({"part": "hydrostatics", "held": held, "rows": levers, "numbers": numbers})
-        rows = [response_row(held, T) | {"held": None} for T in (4.0, 4.5, 12.0)]
+        rows = [response_row(held, T) | {"held": None} for T in (4.0, 4.5, 18.0)]
         rows = [{key: x for key, x in row.items() if key != "held"} for row in rows]
         cases.append({"part": "response", "held": held, "rows": rows, "natural": [{"motion": "heave", "period": 3.0}]})
     cases.append({"part": "run", "held": "moored", "reason": "it falls."})
@@ -141,7 +154,7 @@ def test_tables_of_a_hull(tmp_path, monkeypatch):
     ]  # fmt: skip
     assert tables[0].notes == ["run, moored: it falls."]
     assert tables[0].rows[3] == {"quantity": "draft", "unit": "m", "moored": 3.0, "free": 3.0}
-    assert [row["period"] for row in tables[4].rows] == [4.0, 12.0] * 2
+    assert [row["period"] for row in tables[4].rows] == [4.0, 18.0] * 2
     assert tables[4].title.strip().startswith("Response to small waves towards 30 degrees")
     shortest = (
         2
@@ -155,12 +168,13 @@ def test_tables_of_a_hull(tmp_path, monkeypatch):
     marks = [(line.get_marker(), line.get_color(), line.get_xdata().tolist()) for line in top.lines]
     blue, red, ink = hull.COLOR["moored"], hull.COLOR["free"], hull.COLORS["ink"]
     assert marks == [
-        ("None", blue, [4.0, 4.5, 12.0]),
-        ("None", red, [4.0, 4.5, 12.0]),
+        ("None", blue, [4.0, 4.5, 18.0]),
+        ("None", red, [4.0, 4.5, 18.0]),
         ("o", red, [6.0]),
         ("+", ink, [8.0]),
     ]
     assert len(below.lines) == 4
+    assert top.get_ylim() == pytest.approx((0.0, 1.08 * 3 * 2.25))  # a peak of 9 beyond three times the median
     (righting,) = tables[1].figure.axes
     assert [line.get_color() for line in righting.lines[:4]] == [blue, blue, red, red]
     assert righting.lines[1].get_ydata().tolist() == [0, numbers["GM"] * math.radians(20)]
