@@ -1,0 +1,175 @@
+"""What commands do with what was computed: files they write, what they show of it, and where they warn.
+
+Source: results that are made up, and the same numbers and files by hand.
+"""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dolfbuoy import InputError, load_scene
+from dolfbuoy.accuracy.bars import RESOLVED, Bar
+from dolfbuoy.commands import potential, response, run, shared, statistics
+from dolfbuoy.results.linear_record import HELD
+from dolfbuoy.studies.accuracy import advise, cheapest
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_is_shown_now_and_then(monkeypatch):
+    """Twenty times a second, and at its end; iterations of all steps count."""
+    now = [0.0]
+    monkeypatch.setattr(run, "clock", SimpleNamespace(monotonic=lambda: now[0]))
+    bar = run._Bar(load_scene("driven", time__end=10.0))
+    with bar:
+        shown = []
+        for t, clock, iterations in ((1, 5.0, 2), (2, 5.0499, 4), (3, 5.051, 9), (4, 5.06, 1), (10 - 1e-9, 5.061, 4)):
+            now[0] = clock
+            bar.update(SimpleNamespace(t=t), iterations)
+            shown.append((bar.progress.tasks[0].completed, bar.progress.tasks[0].fields["newton"]))
+    assert shown == [(1, 2.0), (1, 2.0), (3, 5.0), (3, 5.0), (10 - 1e-9, 4.0)]
+    assert run._Bar(load_scene("driven", time=None)).end == 0.0
+
+
+def test_where_files_of_a_run_are(monkeypatch, capsys):
+    """Files for ParaView where they are wanted; of how many instants; how figures are drawn."""
+    asked = []
+    monkeypatch.setattr("dolfbuoy.results.figures.draw_all", lambda *given: asked.append(given[0::2]) or ["a", "b"])
+    monkeypatch.setattr("dolfbuoy.results.paraview.export", lambda *given: asked.append(given) or ["c"])
+    run.draw(Path("x"), False, 7, True)
+    run.draw(Path("x"), True, 7, False)
+    assert asked == [(Path("x"), True), (Path("x"), False), (Path("x"), 7)]
+    assert capsys.readouterr().out == "2 files in x/figures\n3 files in x/figures and x/paraview\n"
+
+
+# -- responses ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "held"), [("driven", True), ("short", False)])
+def test_ends_that_are_held_are_told(scene, held, call, tmp_path, monkeypatch):
+    ticks = iter((10.0, 13.21))
+    made = SimpleNamespace(monotonic=lambda: next(ticks))
+    monkeypatch.setattr(response, "time", made)
+    monkeypatch.setattr("dolfbuoy.linear_api.response", lambda *_: xr.Dataset())
+    monkeypatch.setattr("dolfbuoy.results.linear_record.warnings", lambda found: ["it is rough"])
+    monkeypatch.setattr(response, "_show_response", lambda *_: None)
+    drawn = []
+    monkeypatch.setattr(response, "_draw_response", lambda *given: drawn.append(given[1:]))
+    code, out, _ = call("response", scene, "--periods", "4,5", "--out", tmp_path)
+    assert code == 0
+    assert "2 periods took 3.2 s." in out
+    assert (HELD in out) == held
+    assert "Warning: it is rough" in out
+    assert drawn == [([], tmp_path)]
+
+
+@pytest.mark.parametrize(("whole", "shown"), [(4, 16), (5, 5)])
+def test_few_periods_of_many(whole, shown):
+    """Round ones where there are five of them, else as many that are evenly spread."""
+    others = np.linspace(3.1, 3.9, 20)
+    periods = np.sort([*others, *[4.0, 5.0, 6.0, 7.0, 8.0][:whole]])
+    found = xr.Dataset({"x": ("period", periods)}, {"period": periods})
+    assert response._few_periods(found).sizes["period"] == shown
+    assert response._few_periods(found.isel(period=slice(17))).sizes["period"] == 16
+    assert response._few_periods(found.isel(period=slice(16))).sizes["period"] == 16
+
+
+# -- potential flow ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("tilt", "warned"), [(5.0, False), (5.01, True)])
+def test_a_hull_as_it_floats(tilt, warned, monkeypatch, capsys):
+    """Of the buoy that is named its draft and its lean."""
+    scene = load_scene("two-buoys")
+    first, second = scene.network.buoys
+    rest = SimpleNamespace(cone_angle=xr.DataArray([50.0, tilt]), buoy_position=xr.DataArray([[9, 9, 9], [1, 2, 0.25]]))
+    monkeypatch.setattr("dolfbuoy.api.solve_static", lambda scene: rest)
+    found = potential._floating(scene, second)
+    height = potential_height(scene, second)
+    assert found.draft == pytest.approx(height - 0.25)
+    assert found.depth == scene.sea.depth
+    assert ("At rest the buoy leans by 5.01 deg" in capsys.readouterr().out) == warned
+    for name in (None, "other"):
+        with pytest.raises(InputError, match=f"must be one of {first}, {second}"):
+            potential._floating(scene, name)
+    alone = load_scene("disc-buoy")
+    rest.cone_angle, rest.buoy_position = xr.DataArray(1.0), xr.DataArray([0.0, 0.0, 0.5])
+    (name,) = alone.network.buoys
+    for given in (None, name):
+        assert potential._floating(alone, given).draft == pytest.approx(potential_height(alone, name) - 0.5)
+    with pytest.raises(InputError, match="needs"):
+        potential._floating(load_scene("driven"), None)
+
+
+def potential_height(scene, name):
+    """Of C above the keel, by the masses."""
+    buoy = scene.network.buoys[name]
+    masses = [(buoy.mass, buoy.center_of_mass), *((one.mass, one.height) for one in buoy.point_masses or [])]
+    return sum(mass * height for mass, height in masses) / sum(mass for mass, _ in masses)
+
+
+# -- statistics --------------------------------------------------------------------------------------------------------
+
+
+def test_files_of_statistics(call, tmp_path, monkeypatch):
+    """A file of each that is asked for, each shown from its own; none is replaced unless that is wanted."""
+    monkeypatch.chdir(tmp_path)
+    shown = []
+    for name in ("runs.runs_of", "runs.run_of", "statistics_figures.draw_all"):
+        monkeypatch.setattr(f"dolfbuoy.results.{name}", lambda *_: None)
+    for place, number in (("statistics.together", 1), ("lifetime.lifetime", 2), ("lifetime.against_seeds", 3)):
+        monkeypatch.setattr(f"dolfbuoy.results.{place}", lambda *_, number=number: xr.Dataset(attrs={"n": number}))
+    for name in ("show", "_show_life", "_show_design"):
+        monkeypatch.setattr(statistics, name, lambda *given, name=name: shown.append((name, given[0].n, given[1])))
+    monkeypatch.setattr(statistics.os.path, "realpath", lambda path: "/far/away")
+    folder = Path("results/statistics-away")
+    assert call("statistics", "a")[0] == 0
+    assert shown == [("show", 1, folder)]
+    assert sorted(path.name for path in folder.glob("*.nc")) == ["statistics.nc"]
+    words = ["statistics", "a", "--scatter", "s.csv", "--design", "d"]
+    assert call(*words)[0] == 2
+    assert call(*words, "--overwrite")[0] == 0
+    assert shown[1:] == [("show", 1, folder), ("_show_life", 2, folder), ("_show_design", 3, folder / "design.nc")]
+    kept = {path.name: xr.load_dataset(path).n for path in folder.glob("*.nc")}
+    assert kept == {"statistics.nc": 1, "lifetime.nc": 2, "design.nc": 3}
+
+
+# -- advice ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["quantity", "outputs", "other rank"])
+def test_advice_is_shown_and_written(kind, call, tmp_path, monkeypatch):
+    """By the first rank; the file is of the advised scene."""
+    scene = load_scene("driven", time__step=0.123)
+    told = []
+    advice = advise.Advice(scene, None, 0.0, [], None, [])
+    found = SimpleNamespace(bars={"a": Bar(1.0, 0.1, RESOLVED)})
+    verified = cheapest.Verified(scene, 0.01, None, found, [], [], [])
+    result = {"quantity": advice, "outputs": verified, "other rank": scene}[kind]
+    monkeypatch.setattr(advise, "advise_all", lambda *_, **__: result)
+    monkeypatch.setattr(advise, "report", lambda *given: told.append(("quantity", *given)))
+    monkeypatch.setattr(cheapest, "report", lambda *given: told.append(("outputs", *given)))
+    words = ["advise", "driven", "--out", tmp_path / "a", "--write", tmp_path / "new.toml"]
+    assert call(*words)[0] == 0
+    assert told == ([] if kind == "other rank" else [(kind, result, tmp_path / "a")])
+    assert (tmp_path / "new.toml").is_file() == (kind != "other rank")
+    if kind == "other rank":
+        return
+    assert load_scene(tmp_path / "new.toml") == scene
+    assert call(*words)[0] == 2
+    assert call(*words, "--overwrite")[0] == 0
+    code, _, err = call(*words[:-1], tmp_path)
+    assert (code, "must be a file, not a folder" in err) == (2, True)
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_stand_to_the_right():
+    """Of a value, and of what is left after the run; words do not."""
+    shown = shared.table_of("Title", "quantity", "value", "unit", "after the run")
+    assert [column.justify for column in shown.columns] == ["left", "right", "left", "right"]
+    assert shown.title == "Title"
