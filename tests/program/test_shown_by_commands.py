@@ -165,6 +165,21 @@ def test_advice_is_shown_and_written(kind, call, tmp_path, monkeypatch):
     assert (code, "must be a file, not a folder" in err) == (2, True)
 
 
+def test_what_is_refused_before_the_work(call, tmp_path, monkeypatch):
+    """Outputs that there are not, files of one's own; a command without its name is told how to go on."""
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call("advise", "driven", "--of", "beauty.max", "--out", "a")
+    assert (code, "must be an output of this scene" in err) == (2, True)
+    Path("own.nc").write_text("mine")
+    code, _, err = call("potential", "disc-buoy", "--out", "own.nc")
+    assert (code, "own.nc" in err) == (2, True)
+    assert [path.name for path in tmp_path.iterdir()] == ["own.nc"]
+    assert Path("own.nc").read_text() == "mine"
+    for words in ([], ["study"]):
+        _, out, err = call(*words)
+        assert "Example: " in out + err
+
+
 # -- tables ------------------------------------------------------------------------------------------------------------
 
 

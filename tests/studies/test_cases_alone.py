@@ -376,7 +376,7 @@ def test_what_a_difference_is_relative_to(size, of, scale):
     t = np.linspace(0.0, 10.0, 101)
     own = 1.0 + size * (t > 7.0)
     row = peer._row("x", "N", (t, {"x": own}), (t, {"x": own + 1e-5}), 5.0, None)
-    assert (row["of"], row["relative"]) == (of, pytest.approx(1e-5 / scale, rel=1e-3))
+    assert (row["of"], row["relative"]) == (of, pytest.approx(1e-5 / scale, rel=1e-6))
     zero = peer._row("x", "N", (t, {"x": 0 * t}), (t, {"x": 0 * t}), 5.0, 0.0)
     assert math.isnan(zero["relative"])
     assert (zero["beyond"], zero["bar"]) == ("no", 0.0)
