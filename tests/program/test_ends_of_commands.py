@@ -6,6 +6,7 @@ Source: the same words by hand; errors and streams that are made up.
 import gc
 import logging
 import os
+import runpy
 from types import SimpleNamespace
 
 import click
@@ -241,3 +242,8 @@ def test_options_that_nobody_means(arguments, said):
     with pytest.raises(InputError) as error:
         group._check_options(command, arguments)
     assert str(error.value) == said
+
+
+def test_nothing_is_held_or_received_at_first():
+    fresh = runpy.run_path(interruption.__file__)
+    assert (fresh["_held"], fresh["_received"]) == (False, False)

@@ -12,7 +12,7 @@ import xarray as xr
 
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.accuracy.bars import RESOLVED, Bar
-from dolfbuoy.commands import potential, response, run, shared, statistics
+from dolfbuoy.commands import main, potential, response, run, shared, statistics, sweep
 from dolfbuoy.results.linear_record import HELD
 from dolfbuoy.studies.accuracy import advise, cheapest
 
@@ -25,6 +25,7 @@ def test_a_run_is_shown_now_and_then(monkeypatch):
     monkeypatch.setattr(run, "clock", SimpleNamespace(monotonic=lambda: now[0]))
     bar = run._Bar(load_scene("driven", time__end=10.0))
     with bar:
+        assert bar.progress.live.is_started
         shown = []
         for t, clock, iterations in ((1, 5.0, 2), (2, 5.0499, 4), (3, 5.051, 9), (4, 5.06, 1), (10 - 1e-9, 5.061, 4)):
             now[0] = clock
@@ -178,6 +179,46 @@ def test_what_is_refused_before_the_work(call, tmp_path, monkeypatch):
     for words in ([], ["study"]):
         _, out, err = call(*words)
         assert "Example: " in out + err
+
+
+def test_figures_of_a_scene_that_was_edited(monkeypatch, capsys, tmp_path):
+    """Are drawn, with a warning; where nothing was edited, or no scene is kept, without one."""
+    drawn = []
+    monkeypatch.setattr(main, "draw", lambda *given: drawn.append(given))
+    monkeypatch.setattr("dolfbuoy.results.checkpoint.read_scene", lambda folder: "scene")
+    (tmp_path / "results.nc").touch()
+    for there, edited, warned in ((False, True, False), (True, False, False), (True, True, True)):
+        if there:
+            (tmp_path / "scene.toml").touch()
+        monkeypatch.setattr("dolfbuoy.results.folder.is_edited", lambda folder, scene, edited=edited: edited)
+        main.plot(tmp_path, svg=True)
+        assert ("is no longer the scene of the run" in capsys.readouterr().out) == warned
+    assert drawn == [(tmp_path, False, 50, True)] * 3
+
+
+def test_a_limit_cycle_is_warned_of(call, monkeypatch, tmp_path):
+    record = xr.Dataset(attrs={"cycle_periods": 3, "cycle_error": 0.01})
+    monkeypatch.setattr("dolfbuoy.api.periodic", lambda *_, **__: record)
+    monkeypatch.setattr("dolfbuoy.results.summary.summary", lambda *_: [])
+    monkeypatch.setattr("dolfbuoy.results.summary.warnings", lambda *_: ["it is rough"])
+    code, out, _ = call("periodic", "driven", "--out", tmp_path)
+    assert (code, "Warning: it is rough" in out) == (0, True)
+
+
+def test_hours_that_a_sweep_still_takes(monkeypatch):
+    """Of one core, to two digits."""
+    tables = []
+    monkeypatch.setattr(shared, "print_table", lambda title, headings, rows: tables.append(rows))
+    found = {"cases": 2, "done": 1, "failed": 0, "missing": 1, "begun": 0, "seconds": 4860.5}
+    sweep._show_status(found | {"reasons": {}, "damaged": [], "foreign": 0}, Path("s"), None)
+    assert tables == [
+        [
+            ("all", "2", ""),
+            ("done", "1", "4860 s each"),
+            ("failed", "0", ""),
+            ("missing", "1", "about 1.4 h of one core"),
+        ]
+    ]
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------

@@ -245,6 +245,10 @@ def test_runs_until_one_is_accurate_enough(monkeypatch):
     assert [x for x, _ in ran] == ["coarse", 1.0, 3.0, 6.0]
     with pytest.raises(SolveError, match="on purpose"):
         reach([None, None], rounds=1)
+    ran.clear()
+    with pytest.raises(InputError, match="must be an output of this scene"):
+        target.reach(load_scene(scene, accuracy__of=["beauty.max"]), lambda *given: ran.append(given))
+    assert ran == []
 
 
 @pytest.mark.parametrize(

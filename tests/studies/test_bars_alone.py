@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from made_up import RECORD, SCENE
 
 from dolfbuoy import load_scene
 from dolfbuoy.accuracy import bars
@@ -188,3 +189,22 @@ def test_of_which_order_a_scene_is(name, more, smooth, of_elements):
     scene = load_scene(name, **more)
     assert bars.is_smooth(scene) is smooth
     assert bars._of_elements(scene) is of_elements
+
+
+@pytest.mark.parametrize(("of_steps", "verdict"), [(2.99, RESOLVED), (3.01, SUSPECT)])
+def test_steps_that_contradict_a_companion(of_steps, verdict, monkeypatch):
+    """An error of the steps three times what the companion shows of it; bars are the larger of both."""
+    scene = load_scene(SCENE, time__scheme="bdf2")
+    numbers = dict.fromkeys(bars.FLOOR, 0.0)
+    monkeypatch.setattr(bars, "_compared", lambda *_: (numbers, 30.0, False))
+    monkeypatch.setattr(bars, "_of_steps", lambda *_: (dict.fromkeys(bars.FLOOR, -12.5), 10.0 * of_steps))
+    found, sentences = bars.bars_of(RECORD.assign_attrs(failed_steps=0), scene, RECORD.assign_attrs(failed_steps=0))
+    top = {number: found[bars.Output("tension_top", number, "cable")] for number in bars.FLOOR}
+    assert {one.verdict for one in top.values()} == {verdict}
+    assert {number: one.bar for number, one in top.items()} == {"max": 12.5, "min": 12.5, "mean": 12.5, "std": 12.5}
+    assert {(one.time, one.space) for one in top.values()} == {(12.5, 12.5)}
+    monkeypatch.setattr(bars, "_of_steps", lambda *_: (dict.fromkeys(bars.FLOOR, 1.0), 1.0))
+    found, _ = bars.bars_of(RECORD.assign_attrs(failed_steps=0), scene, RECORD.assign_attrs(failed_steps=0))
+    least = {number: found[bars.Output("tension_top", number, "cable")].bar for number in bars.FLOOR}
+    assert least == {"max": 10.0, "min": 10.0, "mean": 2.5, "std": 2.5}
+    assert sentences == []

@@ -4,7 +4,6 @@ Source: rows, records and streams that are made up, and the same numbers and wor
 """
 
 import math
-import runpy
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -15,7 +14,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from dolfbuoy import load_scene
 from dolfbuoy.accuracy import bars, target
 from dolfbuoy.commands import sensitivity, statistics
 from dolfbuoy.errors import InputError
@@ -162,6 +160,32 @@ def test_the_first_force_that_rings_is_told():
     assert bars._rings(found).startswith("tension_anchor of a jumps")
 
 
+def test_the_catalogue_is_the_programs_own(tmp_path, monkeypatch):
+    """It is written anew, but not over a file of the user's; what is inner to it is left out."""
+    row = {
+        "study": "hard-cases",
+        "test": "t",
+        "tests": "d",
+        "name": "a",
+        "asked": "x",
+        "must_show": "y",
+        "happened": "z",
+    }
+    rows = [row | {"passed": True, "verdict": "pass"}, row | {"passed": False, "verdict": "FAIL"}]
+    monkeypatch.setattr(hard_cases, "evaluate_all", lambda *_: rows)
+    monkeypatch.setattr(hard_cases, "cases", lambda *_: [])
+    for _ in range(2):
+        (table,) = hard_cases.study(tmp_path)
+    assert (table.notes, table.passed) == (["1 of 2 cases pass."], False)
+    assert list(table.rows[0]) == ["name", "asked", "must_show", "happened", "passed", "verdict"]
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / "hard-cases.md").write_text("mine")
+    with pytest.raises(InputError, match=r"hard-cases\.md would be replaced"):
+        hard_cases.study(tmp_path / "new")
+    rows.pop()
+    assert hard_cases.study(tmp_path)[0].passed
+
+
 # -- ranks and cases ---------------------------------------------------------------------------------------------------
 
 
@@ -185,17 +209,18 @@ def test_records_stay_on_their_ranks(monkeypatch):
         target._judged_by_first(other, None, "its", None, 2.0)
 
 
+def test_a_bar_of_cases_is_shown_while_they_run():
+    with cases._Progress({0: 1.0, 1: 1.0}) as progress:
+        assert progress._bar.live.is_started
+    assert not progress._bar.live.is_started
+
+
 def test_an_interrupted_executor(tmp_path, monkeypatch):
     """What it has evaluated is kept, and nothing more is waited for."""
     monkeypatch.setattr(interruption, "_received", True)
     with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
         cases.compute(lambda case: {"b": 1}, [{"a": 1}, {"a": 2}], tmp_path, executor=executor)
     assert len(cases.store_in(tmp_path).entries) == 1
-
-
-def test_nothing_is_held_or_received_at_first():
-    fresh = runpy.run_path(interruption.__file__)
-    assert (fresh["_held"], fresh["_received"]) == (False, False)
 
 
 def test_a_recorder_of_a_case(tmp_path, monkeypatch):
@@ -224,10 +249,3 @@ def test_a_recorder_of_a_case(tmp_path, monkeypatch):
     own._somewhere, own._next_save = False, 0.0
     own.save()
     assert (own._next_save, len(told)) == (math.inf, 7)
-
-
-def test_one_slack_line_of_several_forbids_memory():
-    legs = load_scene("three-legs").to_dict()
-    slack = load_scene(legs, **{"cable.east.slack": "tension-only"}).to_dict()
-    assert energy.load(slack, 3.0, 0.05, "generalized-alpha").time.spectral_radius == 0.0
-    assert energy.load(legs, 3.0, 0.05, "generalized-alpha").time.spectral_radius > 0.0

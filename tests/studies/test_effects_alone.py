@@ -1,9 +1,8 @@
-"""Parts of the studies of effects and of energy, and of the comparison with MoorDyn, each alone.
+"""Parts of the study of effects and of the comparison with MoorDyn, each alone.
 
-Source: costs, powers and records that are made up, and the same numbers by hand; no run is made.
+Source: costs, rows and records that are made up, and the same numbers by hand; no run is made.
 """
 
-import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +13,7 @@ from dolfbuoy import InputError, load_scene
 from dolfbuoy.errors import SolveError
 from dolfbuoy.model.rigid import mass_properties
 from dolfbuoy.studies import peer
-from dolfbuoy.studies.physics import effects, energy
+from dolfbuoy.studies.physics import effects
 
 FREE = load_scene("free-buoy")
 
@@ -82,61 +81,21 @@ def test_components_that_are_in_vain(monkeypatch, tmp_path):
         )
 
 
-# -- energy ------------------------------------------------------------------------------------------------------------
-
-
-def test_a_balance_by_hand(monkeypatch):
-    """Powers by the trapezoid over unequal steps; the drag drains whatever its sign, else kinetic energy swings."""
-    t = [0.0, 1.0, 3.0]
-    powers = {"kinetic": [0.0, 4.0, 1.0], "elastic": [1.0, 2.0, 5.0], "gravity": [3.0, 3.0, 2.0]}
-    powers |= {"drag": [0.0, -2.0, 1.0], "top": [0.0, 6.0, 2.0]}
-    for drag in (True, False):
-        rows = [{name: x[k] * (drag or name != "drag") for name, x in powers.items()} for k in range(3)]
-        left = iter(rows)
-        monkeypatch.setattr(
-            energy, "Meter", lambda simulation, left=left: SimpleNamespace(read=lambda: dict(next(left)))
-        )
-        now = SimpleNamespace(t=0.0)
-
-        def steps(now=now):
-            for instant in t[1:]:
-                now.t = instant
-                yield
-
-        found = energy.balance(now, steps(), "made up")
-        work = {"drag": (-1.0 - 1.0) * drag, "top": 3.0 + 8.0}
-        stored = {"kinetic": 1.0, "elastic": 4.0, "gravity": -1.0}
-        defect = 4.0 - sum(work.values())
-        over = 1.0 + 3.0 if drag else 4.0 + 3.0
-        assert found == pytest.approx({**work, **stored, "defect": defect, "relative": abs(defect) / over})
-
-
-def test_scenes_whose_balance_is_exact():
-    """One tension for each element of what stretches; no memory of fast motions where lines go slack."""
-    found = energy.load("driven", 3.0, 0.05, "generalized-alpha")
-    (piece,) = found.network.pieces
-    assert (piece.section.position_degree, piece.section.tension_degree) == (1, 0)
-    assert (found.time.end, found.time.step, found.time.scheme, found.time.spectral_radius) == (
-        3.0,
-        0.05,
-        "generalized-alpha",
-        load_scene("driven", time__scheme="generalized-alpha").time.spectral_radius,
+def test_what_is_said_of_a_sea(monkeypatch, tmp_path):
+    """How many components are enough, and what a step takes with them."""
+    storm = load_scene("storm")
+    monkeypatch.setattr(effects, "compute", lambda *_: [{"mode": "components", "components": 12, "time_ratio": 0.4567}])
+    monkeypatch.setattr(effects, "notes", lambda *_: ["first"])
+    monkeypatch.setattr(effects, "questions", lambda *_: [effects.Table("", [], "one"), effects.Table("", [], "two")])
+    monkeypatch.setattr(effects, "draw", lambda *_: None)
+    whole, first, last = effects.study(tmp_path, storm, 0.02)
+    assert (whole.name, first.title) == (
+        "effects",
+        f"Effects of the scene until t = {storm.time.end:g} s; {{folder}}\none",
     )
-    slack = energy.load("driven-slack", 3.0, 0.05, "generalized-alpha")
-    assert slack.time.spectral_radius == 0.0
-    assert energy.load("driven-slack", 3.0, 0.05, "bdf2").time.scheme == "bdf2"
-    rigid = load_scene("driven", cable__axial_stiffness=math.inf).to_dict()
-    degrees = load_scene("driven").cables[0]
-    kept = energy.load(rigid, 3.0, 0.05, "bdf2").cables[0]
-    assert (kept.position_degree, kept.tension_degree) == (degrees.position_degree, degrees.tension_degree)
-
-
-def test_runs_of_the_balance():
-    found = energy.cases()
-    assert {(row["scene"], row["t_end"]) for row in found} == {("driven", 60.0), ("short", 40.0)}
-    assert len(found) == 2 * 3 * 3
-    assert [(row["t_end"], row["step"]) for row in energy.cases("short", 5.0, [0.1])] == [(5.0, 0.1)] * 3
-    assert energy._steps({"t_end": 60.0, "step": 0.04}) == 1500.0
+    assert last.notes[0] == "first"
+    assert last.notes[1] == effects.sea.of_components(storm, 0.02) + "  With 12 a step takes 46 % of its time."
+    assert last.notes[2] == effects.sea.of_statistics(storm)
 
 
 # -- beside MoorDyn ----------------------------------------------------------------------------------------------------

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from dolfbuoy import load_scene
-from dolfbuoy.errors import SolveError
 from dolfbuoy.studies.accuracy import bent, convergence, linear_answer
-from dolfbuoy.studies.physics import energy
 
 GONE = []
 
@@ -24,27 +22,6 @@ def nothing():
 
 def problem(**more):
     return SimpleNamespace(destroy=lambda: GONE.append(True), **more)
-
-
-@pytest.mark.parametrize("fails", [False, True])
-def test_a_balance(fails, monkeypatch):
-    def balance(simulation, steps, name):
-        if fails:
-            raise SolveError("no")
-        return {"steps": steps, "name": name}
-
-    scenes = []
-    made = SimpleNamespace(problem=problem(), run=lambda: "its steps")
-    monkeypatch.setattr(energy, "Simulation", lambda scene, comm: scenes.append(scene) or made)
-    monkeypatch.setattr(energy, "balance", balance)
-    case = {"scene": "driven", "t_end": 3.0, "step": 0.05, "scheme": "bdf2"}
-    if fails:
-        with pytest.raises(SolveError):
-            energy.evaluate(case)
-    else:
-        assert energy.evaluate(case) == {"steps": "its steps", "name": "driven"}
-    assert GONE == [True]
-    assert (scenes[0].time.end, scenes[0].time.step, scenes[0].time.scheme) == (3.0, 0.05, "bdf2")
 
 
 @pytest.mark.parametrize(("material", "end"), [("elastic", "Neumann"), ("inextensible", "Dirichlet")])

@@ -231,6 +231,7 @@ def test_sentences_about_settings():
         found = work_precision.cheapest([row | {"newton": newton}], "tension_top", 0.01)
         assert (found is not None) == good
     assert work_precision.cheapest([row], "tension_top", 4e-3) is row
+    assert work_precision.cheapest([row | {"max_bound_tension_top": 0.02}], "tension_top", 0.01) is not None
     assert work_precision.cheapest([row | {"max_bound_tension_top": 0.02}], "tension_top", 0.01, largest=True) is None
     assert work_precision.describe(BASE | {"cells": 0, "pair": "-"}) == "BDF2, dt 0.1 s"
 
