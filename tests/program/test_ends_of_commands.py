@@ -4,9 +4,10 @@ Source: the same words by hand; errors and streams that are made up.
 """
 
 import gc
+import importlib
 import logging
 import os
-import runpy
+import sys
 from types import SimpleNamespace
 
 import click
@@ -245,5 +246,10 @@ def test_options_that_nobody_means(arguments, said):
 
 
 def test_nothing_is_held_or_received_at_first():
-    fresh = runpy.run_path(interruption.__file__)
-    assert (fresh["_held"], fresh["_received"]) == (False, False)
+    name = interruption.__name__
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delitem(sys.modules, name)
+        fresh = importlib.import_module(name)
+    importlib.import_module("dolfbuoy.parallel").interruption = interruption
+    assert fresh is not interruption
+    assert (fresh._held, fresh._received) == (False, False)

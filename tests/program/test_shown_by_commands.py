@@ -92,7 +92,8 @@ def test_a_hull_as_it_floats(tilt, warned, monkeypatch, capsys):
     height = potential_height(scene, second)
     assert found.draft == pytest.approx(height - 0.25)
     assert found.depth == scene.sea.depth
-    assert ("At rest the buoy leans by 5.01 deg" in capsys.readouterr().out) == warned
+    out = capsys.readouterr().out
+    assert ("At rest the buoy leans by 5.01 deg" in out) == ("leans" in out) == warned
     for name in (None, "other"):
         with pytest.raises(InputError, match=f"must be one of {first}, {second}"):
             potential._floating(scene, name)
@@ -138,6 +139,27 @@ def test_files_of_statistics(call, tmp_path, monkeypatch):
     assert kept == {"statistics.nc": 1, "lifetime.nc": 2, "design.nc": 3}
 
 
+def test_lives_of_several_lines(monkeypatch):
+    """Each by its name, where there are several of a series; what has no number has no row."""
+    shown = []
+    monkeypatch.setattr(statistics, "print_table", lambda title, headings, rows: shown.append((title, headings, rows)))
+    numbers = {"damage_per_year": [0.5, 0.0, np.nan, 0.25], "equivalent_load": [2e3, 3e3, np.nan, 4e5]}
+    numbers |= {"largest": [9e3, np.nan, np.nan, 8e5], "life": [np.nan, np.nan, np.nan, 3.0]}
+    data = {name: ("row", x) for name, x in numbers.items()} | {"unit": ("row", np.array(["N"] * 4, dtype=object))}
+    names = np.array(["tension_top", "tension_top", "offset", "tension_anchor"], dtype=object)
+    data |= {"series": ("row", names), "part": ("row", np.array(["a", "b", "buoy", "a"], dtype=object))}
+    attributes = {"safety_factor": 2.0, "probability": 0.345, "years": 20.0, "notes": ""}
+    statistics._show_life(xr.Dataset(data, attrs=attributes), Path("x"))
+    ((title, headings, rows),) = shown
+    assert title == "\nA life in these seas, 34.5 % of the time, x/lifetime.nc"
+    assert headings[2:] == ["life [years]", "over safety factor 2", "equivalent load", "once in 20 years"]
+    assert rows == [
+        ["tension top of a", "0.5", "2", "1", "2 kN", "9 kN"],
+        ["tension top of b", "0", "-", "-", "3 kN", "-"],
+        ["tension anchor", "0.25", "3", "1.5", "400 kN", "800 kN"],
+    ]
+
+
 # -- advice ------------------------------------------------------------------------------------------------------------
 
 
@@ -174,8 +196,20 @@ def test_what_is_refused_before_the_work(call, tmp_path, monkeypatch):
     Path("own.nc").write_text("mine")
     code, _, err = call("potential", "disc-buoy", "--out", "own.nc")
     assert (code, "own.nc" in err) == (2, True)
+    code, _, err = call("advise", "short", "--set", "buoy.mass=1e6", "--out", "a")
+    assert (code, "sinks" in err) == (2, True)
     assert [path.name for path in tmp_path.iterdir()] == ["own.nc"]
     assert Path("own.nc").read_text() == "mine"
+    for words, file in (
+        (["fmu", "driven", "--out", "mine/own.fmu"], "own.fmu"),
+        (["compare", "moordyn", "driven", "--out", "mine"], "comparison.json"),
+        (["library", "--out", "mine"], "libdolfbuoy.so"),
+    ):
+        Path("mine").mkdir(exist_ok=True)
+        (tmp_path / "mine" / file).write_text("mine")
+        code, _, err = call(*words)
+        assert (code, f"{file} would be replaced" in err) == (2, True), err
+        assert (tmp_path / "mine" / file).read_text() == "mine"
     for words in ([], ["study"]):
         _, out, err = call(*words)
         assert "Example: " in out + err

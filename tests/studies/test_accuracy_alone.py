@@ -139,6 +139,11 @@ def test_events_and_the_room_for_them():
     (early,) = of(tension_top=[59.0])
     assert early == pytest.approx((17.0, 53.0, 65.0))
     assert len(of(tension_top=[300.0], cone_angle=[305.9])) == 1
+    top, lean, z = (np.exp(-((t - at) ** 2)) for at in (300.0, 200.0, 100.0))
+    data = {"tension_top": (("time", "cable"), top[:, None]), "cone_angle": (("time", "buoy"), lean[:, None])}
+    data["buoy_position"] = ("time", "buoy", "xyz"), np.stack([0 * t, 0 * t, z], axis=-1)[:, None]
+    many = xr.Dataset(data, {"time": t, "cable": ["line"], "buoy": ["buoy"], "xyz": list("xyz")})
+    assert [event.end for event in companion.events_of(STORM, many)] == pytest.approx([306.0, 206.0])
     assert len(of(tension_top=[300.0], cone_angle=[306.3])) == 2
     assert len(of(tension_top=[300.0], cone_angle=[293.7])) == 2
     assert [event.end for event in of(cone_angle=[200.0], tension_top=[300.0])] == pytest.approx([306.0, 206.0])

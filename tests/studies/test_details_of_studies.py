@@ -51,12 +51,24 @@ def of_schemes():
 
 
 def of_outputs():
+    """With the legend below the panel."""
     row = {"error_in": "time", "share": 0.5, "scheme": "bdf2", "step": 0.1}
     choice = SimpleNamespace(stepping=SimpleNamespace(step=0.1), space=SimpleNamespace(cells=8))
     return cheapest.draw(SimpleNamespace(accuracy=0.01, found=SimpleNamespace(worst=0.5), choice=choice, rows=[row]))
 
 
+def check_below(axes):
+    """The legend hangs from a place a little below the axis."""
+    place = axes.get_legend().get_bbox_to_anchor().transformed(axes.transAxes.inverted())
+    assert (place.x0, place.y0) == pytest.approx((0.5, -0.18))
+
+
 def of_advice():
+    row = {"error_in": "time", "steps": 10, "error_percent": 1.0}
+    axes = Figure().subplots()
+    advise._lines(axes, SimpleNamespace(rows=[row], accuracy=0.01), "time", lambda row: "BDF2 adaptive")
+    check_below(axes)
+    assert [line.get_linestyle() for line in axes.lines] == ["--", ":"]
     axes = Figure().subplots()
     advise._lines(axes, SimpleNamespace(rows=[], accuracy=0.01), "time", lambda row: "")
     assert axes.get_legend() is None

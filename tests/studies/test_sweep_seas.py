@@ -20,7 +20,7 @@ from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import YEAR, Fatigue
 from dolfbuoy.results.statistics import Run, gumbels, runs_of
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
-from dolfbuoy.studies.sweep import sweep
+from dolfbuoy.studies.sweep import plan, sweep
 
 SEA = {"spectrum": "jonswap", "significant_height": 0.8, "peak_period": 4.0, "components": 20, "ramp": 2.0}
 SCENE = merged(MOORED, cable__elements=4, waves=SEA, time={"end": 12.0, "step": 0.04})
@@ -228,7 +228,7 @@ def test_an_executor_gives_what_one_process_gives(make, swept, tmp_path):
 
 FUTURES = """
 from mpi4py.futures import MPIPoolExecutor
-from dolfbuoy.studies.sweep import sweep
+from dolfbuoy.studies.sweep import plan, sweep
 
 if __name__ == "__main__":
     with MPIPoolExecutor() as executor:
@@ -248,3 +248,11 @@ def test_ranks_are_workers_of_mpi4py_futures(swept, tmp_path):
     done = start(3, ["-m", "mpi4py.futures", "futures.py"], tmp_path)
     assert done.returncode == 0, done.stderr
     xr.testing.assert_equal(xr.load_dataset(tmp_path / "out" / "sweep.nc"), dataset)
+
+
+def test_settings_of_cases_are_not_looked_for():
+    """Bars of them may be estimated."""
+    vary = ["cable.normal_drag=0.8"]
+    assert len(plan(load_scene(SCENE, accuracy={"estimate": "companion"}), vary, None).cases) == 1
+    with pytest.raises(InputError, match=r"accuracy\.target: cases of a sweep keep their settings"):
+        plan(load_scene(SCENE, accuracy={"target": 0.1}), vary, None)
