@@ -174,6 +174,31 @@ def test_ends_of_the_entry(begun, error, received, ends, monkeypatch, capsys):
     assert capsys.readouterr() == ("", "Interrupted.\n" if ends.args == (130,) else "")
 
 
+@pytest.mark.parametrize(("given", "moved"), [(7, True), (0, False)])
+def test_streams_that_are_closed(given, moved, monkeypatch, capsys):
+    """Are nothing from the null device, at the number that they had; without an output nothing is done."""
+    told, real = [], [sys.stdout, sys.stderr]
+    made = SimpleNamespace(devnull="null", O_RDWR=2, open=lambda *how: told.append(how) or given)
+    made.dup2, made.close = (lambda *numbers: told.append(numbers)), lambda number: told.append(number)
+    made.fdopen = lambda number, mode: (number, mode)
+    streams = SimpleNamespace(stdin=None, stdout=real[0], stderr=real[1])
+    monkeypatch.setattr(entry, "os", made)
+    monkeypatch.setattr(entry, "sys", streams)
+    entry._open_streams()
+    assert (streams.stdin, streams.stdout) == ((0, "r"), real[0])
+    assert told == [("null", 2), *([(7, 0), 7] if moved else [])]
+
+    def left(code):
+        raise SystemExit(code)
+
+    streams.stdout, streams.exit = None, left
+    with pytest.raises(SystemExit) as stop:
+        entry._open_streams()
+    assert (stop.value.code, streams.stdout) == (1, (1, "w"))
+    said = "Error: standard output is closed; > /dev/null takes what is printed.\n"
+    assert capsys.readouterr().err == said
+
+
 def test_characters_that_a_stream_does_not_have(monkeypatch):
     """Are shown as escapes, on both streams; a stream of another kind is left alone."""
     told = []

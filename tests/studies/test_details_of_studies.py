@@ -162,6 +162,14 @@ def test_motions_that_are_none(size, shown):
     assert bool(sensitivity._of_response(found, False)) == shown
 
 
+def test_elasticities_of_what_is_zero():
+    """Are none, or without bound; a vector counts as a whole."""
+    found = xr.Dataset({"parameter_value": ("parameter", [2.0, 0.0, math.nan])})
+    relative = sensitivity._relative(found, np.array([1.0, 0.0, 3.0]), np.array(0.0))
+    np.testing.assert_array_equal(relative, [math.inf, math.nan, math.inf])
+    np.testing.assert_array_equal(sensitivity._relative(found, np.array([1.0, 4.0, 3.0]), 0.5), [4.0, 0.0, 6.0])
+
+
 def test_the_first_force_that_rings_is_told():
     """Behind series that are none, and behind forces that do not."""
     t = np.arange(8.0)

@@ -233,6 +233,9 @@ def test_sentences_about_settings():
     assert work_precision.cheapest([row], "tension_top", 4e-3) is row
     assert work_precision.cheapest([row | {"max_bound_tension_top": 0.02}], "tension_top", 0.01) is not None
     assert work_precision.cheapest([row | {"max_bound_tension_top": 0.02}], "tension_top", 0.01, largest=True) is None
+    own = {"tension_top": Error(1e-5, 1e-5)}
+    alone, shared = (work_precision.notes([row], own, BASE, *ranks) for ranks in ((), (2,)))
+    assert shared == [*alone, "2 cases ran at once: their times share the machine, and are longer than alone."]
     assert work_precision.describe(BASE | {"cells": 0, "pair": "-"}) == "BDF2, dt 0.1 s"
 
 
@@ -269,7 +272,9 @@ def test_cases_come_once():
     assert {(case["repeats"], case["reference"], case["study"]) for case in found} == {
         (3, "fine", "work-precision case")
     }
-    assert work_precision.work(found[0]) == pytest.approx(3 * work_precision.work(found[0] | {"repeats": 1}))
+    once = {key: x for key, x in found[0].items() if key != "repeats"}
+    assert work_precision.work(found[0]) == pytest.approx(3 * work_precision.work(once))
+    assert work_precision.work(once) == work_precision.work(once | {"repeats": 1}) > 0
 
 
 def test_a_linear_answer_needs_waves_and_water(monkeypatch):
