@@ -147,6 +147,30 @@ def test_sides_without_any_offset_are_left_out(monkeypatch, tmp_path):
     assert [row[-1] for row in rows] == ["20", "60"]
 
 
+@pytest.mark.parametrize(
+    ("sides", "said"), [(2, []), (3, ["At 2 N the watch circle has a radius of 4 m about (1, -2)."])]
+)
+def test_two_sides_make_no_circle(sides, said, monkeypatch, tmp_path):
+    sentences, two = [], ("direction", "force")
+    monkeypatch.setattr(shared, "print_table", lambda *_: None)
+    monkeypatch.setattr(shared, "say", sentences.append)
+    monkeypatch.setattr("dolfbuoy.results.linear_record.each_buoy", lambda found: [("", found)])
+    data = {name: ((*two, "cable"), np.ones((sides, 2, 1))) for name in ("tension_top",)}
+    data |= {"found": (two, np.ones((sides, 2), dtype=bool)), "offset_along": (two, np.ones((sides, 2)))}
+    data |= {"watch_radius": ("force", [3.0, 4.0]), "watch_centre": (("force", "xy"), [[0.0, 0.0], [1.0, -2.0]])}
+    labels = {"direction": np.arange(sides) * 90.0, "force": [1.0, 2.0], "cable": ["a"]}
+    linear._show_offsets(xr.Dataset(data, labels), "force", tmp_path)
+    assert sentences == said
+
+
+def test_a_scene_without_time_makes_no_folder(call, tmp_path, monkeypatch):
+    load_scene("driven", time=None).save(tmp_path / "still.toml")
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call("run", "still.toml")
+    assert (code, "time: must be given" in err) == (2, True)
+    assert [path.name for path in tmp_path.iterdir()] == ["still.toml"]
+
+
 # -- the doctor --------------------------------------------------------------------------------------------------------
 
 

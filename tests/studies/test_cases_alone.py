@@ -273,7 +273,8 @@ def test_what_a_sweep_computes_with(monkeypatch, tmp_path):
         (True, True): [True, True, False],
     }
     sweep._compute(plan, None, tmp_path, print)
-    assert (asked[-1][1], asked[-1][2]["part"]) == (plan.cases, "")
+    how, cases, options = asked[-1]
+    assert (cases, options["part"], options["again"], how.keywords["keep"]) == (plan.cases, "", None, None)
 
 
 def test_cases_that_are_looked_at(monkeypatch):

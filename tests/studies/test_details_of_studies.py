@@ -23,7 +23,7 @@ from dolfbuoy.results.recorder import Recorder
 from dolfbuoy.results.series import Series
 from dolfbuoy.studies import hard_cases, one_case
 from dolfbuoy.studies.accuracy import advise, cheapest, inf_sup, report_text, work_precision
-from dolfbuoy.studies.physics import energy
+from dolfbuoy.studies.physics import effects, energy
 
 # -- figures -----------------------------------------------------------------------------------------------------------
 
@@ -83,6 +83,13 @@ def test_ticks_are_numbers_without_powers(drawn):
             formatter = axis.get_major_formatter()
             assert isinstance(formatter, FuncFormatter)
             assert formatter(0.2, 0) == "0.2"
+
+
+def test_changes_have_more_room_than_costs():
+    row = {"effect": "waves", "mode": "without", "reason": None, "step_time": 3e-3, "base_step_time": 2.5e-3}
+    left, right = effects.draw([row | {"change_tension_top": 0.5}], ["tension_top"], 0.01).axes
+    assert left.get_subplotspec().get_gridspec().get_width_ratios() == (1.7, 1)
+    assert (left.get_xscale(), right.get_xscale()) == ("log", "linear")
 
 
 # -- words -------------------------------------------------------------------------------------------------------------
