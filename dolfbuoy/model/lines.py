@@ -391,7 +391,7 @@ class Lines(Layout, Masses):
     def one_sided_rows(self, force: float) -> OneSidedRows:
         """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
         c, owned = self.section, self.space.dofmap.index_map.size_local
-        sizes = np.broadcast_to(np.diff(self.cell_ends, axis=1), self.T_dofs.shape)
+        sizes = np.broadcast_to(np.diff(self.cell_ends), self.T_dofs.shape)
         mine = (self.T_dofs < owned) & self.one_sided[:, None]
         density, stiffness = (
             np.broadcast_to(np.array([getattr(c, name) for c in self.sections])[self.line_of_cell][:, None], mine.shape)
