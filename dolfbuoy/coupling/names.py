@@ -103,7 +103,7 @@ def mean_tension(problem: Any, piece: int) -> float:
     """Mean of the tension along a piece of line [N], on every rank: what a winch that winds all of it alike feels."""
     lines, number = problem.lines.holder(piece)
     cells = lines.cells_of[number]
-    sizes = np.diff(lines.cell_ends, axis=1)[cells, 0]
+    sizes = np.diff(lines.cell_ends)[cells, 0]
     found = problem.comm.allreduce(np.array([sizes @ lines.mean_tension(problem.system.u)[cells], sizes.sum()]))
     return float(found[0] / found[1])
 

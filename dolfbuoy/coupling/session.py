@@ -367,7 +367,7 @@ class Session:
 
     def elevation(self, points: Any) -> Array:
         """Surface of the undisturbed water over points (..., 3) at this instant [m]."""
-        return elevation_at(self.scene, self.t, np.asarray(points, dtype=float))
+        return elevation_at(self.scene, self.t, points)
 
     def water_velocity(self, points: Any) -> Array:
         """Velocity (..., 3) of the undisturbed water, waves and current, at points (..., 3) at this instant [m/s]."""

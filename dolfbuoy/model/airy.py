@@ -369,7 +369,7 @@ class AirySum:
 
     def flow(self, t: float, points: Array) -> tuple[Array, Array]:
         """Velocity [m/s] and local acceleration [m/s^2] (..., 3), of a steep wave the total one, at points (..., 3)."""
-        points = np.asarray(points, dtype=float)
+        points = np.asarray(points)
         theta, k, h = self._phases(t, points), self.wavenumber, self.depth
         z = self.stretched(points[..., 2], self.elevation(t, points))[..., None]
         down, up = np.exp(k * z), np.exp(-k * (z + 2 * h))
@@ -400,7 +400,7 @@ class AirySum:
         return self._latest[1]
 
     def _phases(self, t, points):
-        x, y = np.moveaxis(np.asarray(points, dtype=float)[..., :2, None], -2, 0)
+        x, y = np.moveaxis(np.asarray(points)[..., :2, None], -2, 0)
         return self.wavenumber * (self.cosine * x + self.sine * y) + self.time_phase(t)
 
     def _vector(self, along, up):

@@ -339,12 +339,12 @@ class Buoy(Model):
         spin = max(self.mass.inertia) * speed / length
         return MOTION.filled(position=length, momentum=self.mass.mass * speed, orientation=1.0, angular_momentum=spin)
 
-    def reach_and_force(self, line_length: float = 0.0, force: float = 0.0) -> tuple[float, float]:
+    def reach_and_force(self, line_length: float, force: float) -> tuple[float, float]:
         """Typical length [m] and force [N] of the buoy on a line; `force`: that of the line."""
         length, weight, _, _ = self._sizes()
         return max(length, line_length), max(weight, force)
 
-    def blocks(self, line_length: float = 0.0, force: float = 0.0) -> list[Block]:
+    def blocks(self, line_length: float, force: float) -> list[Block]:
         _, _, arm, speed = self._sizes()
         reach, force = self.reach_and_force(line_length, force)
         place = np.arange(self.part.slice.start, self.part.slice.stop)

@@ -47,7 +47,7 @@ def height_of_bed(scene: Scene, points: np.ndarray) -> np.ndarray:
     if scene.seabed and scene.seabed.depths is not None:
         return np.asarray(scene.seabed.depths.height(*np.moveaxis(np.asarray(points, dtype=float)[..., :2], -1, 0)))
     slope = scene.seabed.slope if scene.seabed else (0.0, 0.0)
-    return np.asarray(points, dtype=float)[..., :2] @ slope - scene.sea.depth
+    return np.asarray(points)[..., :2] @ slope - scene.sea.depth
 
 
 def largest_sag(scene: Scene) -> float:

@@ -148,7 +148,7 @@ class Seabed(Bed):
         self.lying(u, row, line)()
         return GroundedLength.of(row)
 
-    def lying(self, u: np.ndarray, out: np.ndarray, line: int = 0) -> Callable[[], object]:
+    def lying(self, u: np.ndarray, out: np.ndarray, line: int) -> Callable[[], object]:
         """Function that puts the numbers of `GroundedLength` of a line into `out`."""
         if self.ground is not None or self.model.comm.size > 1:
             return lambda: self._sound(u, out, line)

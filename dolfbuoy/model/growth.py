@@ -47,7 +47,7 @@ class Growth:
 
     def at(self, u: np.ndarray) -> np.ndarray:
         """Factors that belong to the positions in the local unknowns u."""
-        return self._between(*np.sort(u[self.lines.part.slice][self._heights], axis=1).T)
+        return self._between(*np.sort(u[self.lines.part.slice][self._heights]).T)
 
     def of_the_water(self) -> np.ndarray:
         """Means over the depth of the water: a guess before any position is known."""
@@ -75,7 +75,7 @@ class Growth:
         density = np.array([c.line_density for c in sections])[of_cell]
         area = np.array([cross_section(c) for c in sections])[of_cell]
         added = density * (mass - 1) - rho_w * area * (diameter**2 - 1)
-        return scene.gravity * added * np.diff(self.lines.cell_ends, axis=1)[:, 0]
+        return scene.gravity * added * np.diff(self.lines.cell_ends)[:, 0]
 
     def weight_per_length(self, line: int) -> float:
         """Mean weight in water of a line with what grows on it [N/m], on every rank."""
@@ -87,8 +87,8 @@ class Growth:
 def mean_factors(table: Sequence, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Means of the columns of a table [[z, ...], ...] over heights from `low` to `high`, arrays; shape (n, columns)."""
     z, *columns = np.array(table).T
-    points = np.sort(np.column_stack([low, high, np.clip(z, low[:, None], high[:, None])]), axis=1)
-    steps, size = np.diff(points, axis=1), (high - low)[:, None]
+    points = np.sort(np.column_stack([low, high, np.clip(z, low[:, None], high[:, None])]))
+    steps, size = np.diff(points), (high - low)[:, None]
     shares = np.divide(steps, size, out=np.full_like(steps, 1 / steps.shape[1]), where=size > 0)
     means = []
     for values in (np.interp(points, z, column) for column in columns):

@@ -267,7 +267,7 @@ class Layout(Pieces):
         if self.moment_dofs is not None:
             u[self.moment_dofs[nodes]] = 0.0
 
-    def set_moment(self, u: np.ndarray, moment: Callable, line: int = 0) -> None:
+    def set_moment(self, u: np.ndarray, moment: Callable, line: int) -> None:
         """Interpolate m(s) -> (n, 3) of a piece that bends into the local unknowns u."""
         nodes = self.nodes_of[line]
         u[self.part.slice][self.moment_dofs[nodes]] = moment(self.node_s[nodes] - self.begins[line])
@@ -282,7 +282,7 @@ class Layout(Pieces):
             return np.zeros((len(self.node_s), 3))
         return u[self.part.slice][self.moment_dofs]
 
-    def anchor_tension(self, u: np.ndarray, line: int = 0) -> float:
+    def anchor_tension(self, u: np.ndarray, line: int) -> float:
         """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""
         if not self.owns_end(line, 0):
             return np.nan
@@ -324,7 +324,7 @@ def order_of_pieces(pieces: Sequence[Piece]) -> tuple[np.ndarray, np.ndarray, di
                     for left in set(at_joint[end.name]) - found.keys():
                         heapq.heappush(best, (*_best_end(pieces[left], joints), left))
     turns, backwards = zip(*(found[k] for k in range(len(pieces))), strict=True)
-    return np.array(turns, dtype=float), np.array(backwards), joints
+    return np.array(turns), np.array(backwards), joints
 
 
 def _best_end(piece, joints):

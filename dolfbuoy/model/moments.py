@@ -59,7 +59,7 @@ def _in_vertices(lines: "Lines", u: np.ndarray, number: np.ndarray, sizes: np.nd
             "slope": points.in_c(lines.node_dofs[points.nodes[cell]], slopes=True),
             "u": u[lines.part.slice],
             "weights": weights,
-            "size_per_EI": np.diff(lines.cell_ends[cell], axis=1).ravel() / EI,
+            "size_per_EI": np.diff(lines.cell_ends[cell]).ravel() / EI,
             "vertex": (1 - end).astype(np.int32),
             "row": number[found].astype(np.int32),
             "sizes": sizes,

@@ -106,7 +106,7 @@ def _towed(t, duration):
 def overshoot(rows: Sequence) -> float:
     """By how much the spline through rows [t, x, y, z] leaves the range of their displacements, at most, as a part of
     the largest range of x, y and z."""
-    rows = np.asarray(rows, dtype=float)
+    rows = np.asarray(rows)
     way, path = rows[:, 1:], spline(rows)
     turns = path.derivative().roots(extrapolate=False)
     beyond = 0.0

@@ -12,7 +12,7 @@ from .airy import ramp
 def along_rows(rows: Sequence, duration: float) -> Callable[[float], Array]:
     """The columns of rows [t, x, ...] over time, joined by a cubic spline, at rest before the first and after the last
     row; duration: of the ramp from the values at t = 0 [s]."""
-    table = np.asarray(rows, dtype=float)
+    table = np.asarray(rows)
     path, ends = spline(table), table[[0, -1], 0]
     start = path(np.clip(0.0, *ends))
     return lambda t: start + ramp(t, duration) * (path(np.clip(t, *ends)) - start)

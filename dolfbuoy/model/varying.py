@@ -38,7 +38,7 @@ def turning(rows: Sequence[Any] | None) -> Callable[[float], complex]:
     """Rows [t, factor, turn_deg] -> factor e^{i turn} over time; 1 without rows."""
     if not rows:
         return lambda t: 1.0 + 0.0j
-    table = np.asarray(rows, dtype=float)
+    table = np.asarray(rows)
     values = table[:, 1] * np.exp(1j * np.radians(table[:, 2]))
     return lambda t: complex(np.interp(t, table[:, 0], values))
 
@@ -55,7 +55,7 @@ class Grid:
     """A current by rows [t, z, u, v]: z in ascending order, and the velocities there over time."""
 
     def __init__(self, rows: Sequence[Any]):
-        table = np.asarray(rows, dtype=float)
+        table = np.asarray(rows)
         self.times, self.z = np.unique(table[:, 0]), np.unique(table[:, 1])
         order = np.lexsort((table[:, 1], table[:, 0]))
         self._values = table[order, 2:].reshape(len(self.times), len(self.z), 2)
@@ -82,7 +82,7 @@ def force_over_time(section: ExternalForce) -> Callable[[float], Array]:
     steady = np.array(section.force)
     if section.over_time is None:
         return lambda t: steady
-    table = np.asarray(section.over_time, dtype=float)
+    table = np.asarray(section.over_time)
     return lambda t: steady + [np.interp(t, table[:, 0], table[:, i]) for i in (1, 2, 3)]
 
 
@@ -180,7 +180,7 @@ def range_of_tide(scene: Scene) -> tuple[float, float]:
 
 def _range(rows: Sequence[Any]) -> tuple[float, float]:
     """Extremes of the spline through rows [t, z], which may lie between them, above its value at t = 0."""
-    table = np.asarray(rows, dtype=float)
+    table = np.asarray(rows)
     path, times = spline(table), table[:, 0]
     heights = _extremes(path, times) - path(np.clip(0.0, times[0], times[-1]))
     return min(0.0, float(heights.min())), max(0.0, float(heights.max()))
@@ -188,7 +188,7 @@ def _range(rows: Sequence[Any]) -> tuple[float, float]:
 
 def rate_of_tide(rows: Sequence[Any]) -> float:
     """Largest rate of the spline through rows [t, z], which may lie between them [m/s]."""
-    table = np.asarray(rows, dtype=float)
+    table = np.asarray(rows)
     return float(np.abs(_extremes(spline(table).derivative(), table[:, 0])).max())
 
 

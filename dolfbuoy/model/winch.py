@@ -26,7 +26,7 @@ def path_of(rows: Sequence[Any]) -> Any:
     the first and after the last row."""
     from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-    t, length = np.array(rows, dtype=float).T
+    t, length = np.array(rows).T
     slope = PchipInterpolator(t, length).derivative()(t)
     slope[[0, -1]] = 0.0
     path = CubicHermiteSpline(t, length, slope)
