@@ -170,7 +170,7 @@ def test_memory_of_a_run(monkeypatch):
 
 
 def test_the_limit_of_a_process_is_its_memory(monkeypatch):
-    monkeypatch.setattr(resource, "getrlimit", lambda _: (12345, 12345))
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (12345, 99999))
     assert feasible.memory() == 12345
 
 

@@ -142,7 +142,9 @@ def test_a_pool_keeps_few():
     first, second, third = (
         pool.problem(load_scene(SCENE, cable__elements=n), dynamic=True, comm=MPI.COMM_SELF) for n in (3, 4, 5)
     )
+    second.newton.fallbacks = 3
     assert pool.problem(load_scene(SCENE, cable__elements=4), dynamic=True, comm=MPI.COMM_SELF) is second
+    assert second.newton.fallbacks == 0
     assert pool.problem(load_scene(SCENE, cable__elements=5), dynamic=True, comm=MPI.COMM_SELF) is third
     assert pool.problem(load_scene(SCENE, cable__elements=3), dynamic=True, comm=MPI.COMM_SELF) is not first
     pool.clear()

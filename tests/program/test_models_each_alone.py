@@ -1,0 +1,220 @@
+"""More parts of models, each alone: springs at ends, groups of lines, devices, winches, vessels, what is packed.
+
+Source: the same numbers by hand.
+"""
+
+import math
+from types import SimpleNamespace as Fake
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+
+from dolfbuoy import load_scene
+from dolfbuoy.coupling import saved
+from dolfbuoy.model import airy, sea, winch
+from dolfbuoy.model.attachment import Clamp
+from dolfbuoy.model.drift import Drift, transfer
+from dolfbuoy.model.effect import Drawn
+from dolfbuoy.model.interface import Model
+from dolfbuoy.model.line_groups import LineGroups, _Growths
+from dolfbuoy.model.lines import Lines
+from dolfbuoy.model.memory_fit import ENOUGH, States, fitted
+from dolfbuoy.model.problem import Problem
+from dolfbuoy.model.surfacing import _highest
+from dolfbuoy.model.take_off import TakeOff
+from dolfbuoy.solver import compat
+
+FLOAT = {"mass": 300.0, "center_of_mass": 0.4, "inertia": [50.0, 70.0], "hull": [[0, 2], [1.6, 2]]}
+
+
+@pytest.mark.parametrize(("end", "sign"), [(0, -1), (1, 1)])
+def test_torque_of_a_line_on_what_holds_it(end, sign):
+    """m x t_b at s = L, and the other way at s = 0; a spring of 4 N m/rad lets 3 N m turn t_b by asin(0.6)."""
+    u = np.array([9.0, 0, 0, 1, 3, 0, 0, 9])
+    clamp = Fake(slice=slice(1, 7), end=end, _spring_of_body=None)
+    assert Clamp.torque_of(clamp, u).tolist() == [0, -3 * sign, 0]
+    clamp._spring_of_body = Fake(value=4.0)
+    np.testing.assert_allclose(Clamp.torque_of(clamp, u), [0, -2.4 * sign, 0], atol=1e-14)
+
+
+# -- lines -------------------------------------------------------------------------------------------------------------
+
+
+def test_the_smallest_stretch():
+    """1 + T/EA of the least tension in an element that may turn, of means where these have the strain."""
+    mesh = compat.interval_mesh(compat.MPI.COMM_SELF, [0.0, 1.0, 2.0, 3.0])
+    number = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0)))
+    places = compat.cell_dofs(number.function_space)[:, 0]
+    number.x.array[places] = [10.0, 20.0, 5.0]
+    lines = Fake(part=Fake(slice=slice(2, 8)), T_dofs=np.arange(6).reshape(3, 2), mean_dofs=None)
+    lines.turnable, lines.line_of_cell = np.array([True, False]), np.array([0, 0, 1])
+    lines._in_cells = lambda given: Lines._in_cells(lines, given)
+    u = np.array([9.0, 9, -2, -5, -4, -8, -99, -99])
+    for EA, compliance, least in (
+        (number, None, 0.5),
+        (compat.constant(mesh, 16.0), None, 0.5),
+        (None, compat.constant(mesh, 0.5), -3.0),
+    ):
+        lines.cable = Fake(EA=EA, compliance=compliance)
+        assert Lines.smallest_stretch(lines, u) == least
+    number.x.array[places] = [0.25, 0.5, 7.0]
+    lines.cable, lines.mean_dofs = Fake(EA=None, compliance=number), np.array([1, 2, 0])
+    assert Lines.smallest_stretch(lines, u) == 1 + min(-5 * 0.25, -4 * 0.5)
+    lines.turnable[:] = False
+    assert Lines.smallest_stretch(lines, u) == 1.0
+
+
+def test_places_of_groups_of_lines():
+    first = Fake(part=Fake(offset=0), force_dofs=lambda: np.array([1, 2]), end_moments=lambda k, i: np.array([k, i]))
+    second = Fake(part=Fake(offset=10), force_dofs=lambda: np.array([3]), end_moments=lambda k, i: np.array([k, i]))
+    model = Fake(groups=[first, second], holder=lambda piece: (second, piece - 4))
+    assert LineGroups.force_dofs(model).tolist() == [1, 2, 13]
+    assert LineGroups.end_moments(model, 6, 1).tolist() == [12, 11]
+    changed = []
+    for group in model.groups:
+        group.change = changed.append
+    scene = Fake(network="new")
+    LineGroups.change(model, scene)
+    assert (changed, model.network) == ([scene, scene], "new")
+
+
+def test_growth_of_groups_of_lines():
+    growths = [Fake(growth=Fake(factors=np.ones((n, 2)))) for n in (2, 0, 3)]
+    model, values = _Growths(growths), np.arange(10.0).reshape(5, 2)
+    model.factors = values
+    assert [growth.factors.tolist() for growth in model.groups] == [values[:2].tolist(), [], values[2:].tolist()]
+    assert model.factors.tolist() == values.tolist()
+
+
+def test_what_a_model_has_of_its_own_accord():
+    found = Model.places(Fake()), Model.force_dofs(Fake())
+    assert [(x.shape, x.dtype.kind) for x in found] == [((0,), "f"), ((0,), "i")]
+    assert Model.when_accepted(Fake(), None, None) == []
+
+
+def test_the_first_buoy_of_a_rank():
+    assert Problem.buoy.fget(Fake(buoys={"a": 1, "b": 2})) == 1
+    assert Problem.buoy.fget(Fake(buoys={})) is None
+
+
+# -- devices -----------------------------------------------------------------------------------------------------------
+
+
+def test_what_a_take_off_notes():
+    """Length, tension and power, where its ends move apart; nothing is infinite where they meet."""
+    law = Fake(damping=30.0, quadratic_damping=20.0, friction=40.0, friction_speed=0.05, at_rest=lambda x: (7 * x, 0.0))
+    ends = [Fake(slice=slice(1, 4)), Fake(slice=slice(5, 8))]
+    speeds = [np.array([0.0, 0, 0]), np.array([0.0, 1.0, -0.5])]
+    device = Fake(ends=ends, velocities=lambda u: speeds, section=law, numbers=np.zeros(3))
+    TakeOff.note(device, np.array([9.0, 1, 0, 0, 9, 1, 3, 4]))
+    absorbed = 30 * 0.2 + 20 * 0.2 * 0.2 + 40 * 0.2 / math.hypot(0.2, 0.05)
+    np.testing.assert_allclose(device.numbers, [5.0, 35.0 + absorbed, absorbed * 0.2], rtol=1e-12)
+    TakeOff.note(device, np.array([9.0, 1, 0, 0, 9, 1, 0, 0]))
+    np.testing.assert_allclose(device.numbers, [1e-12, 0, 0], atol=1e-11)
+
+
+def test_places_and_energies_of_a_take_off():
+    found = Fake(ends=[Fake(buoy=True, dofs=lambda: Fake(force=np.array([3, 4, 5]))), Fake(buoy=None)])
+    found.holders = [Fake(held=False), Fake(held=True)]
+    found.ends[0].slice, found.ends[1].slice = slice(0, 6), slice(6, 9)
+    assert TakeOff.force_dofs(found).tolist() == [3, 4, 5]
+    assert TakeOff.free(found).tolist() == [0, 1, 2, 3, 4, 5]
+    ((number, reaction),) = TakeOff.reactions(found, np.arange(10.0))
+    assert (number, reaction.tolist()) == (1, [6, 7, 8])
+    spring = Fake(take_off_energy=lambda c, s: ufl.as_ufl(c * 10.0), account="elastic")
+    damper = Fake(take_off_energy=None, account="take_off")
+    model = Fake(stretch=lambda: Fake(rate=ufl.as_ufl(0.5)), one=2.0, dx="dx", _terms=[(spring, 3.0), (damper, 4.0)])
+    model.tensions = lambda s: [(spring, ufl.as_ufl(100.0)), (damper, ufl.as_ufl(8.0))]
+    assert [(account, float(value), dx) for account, value, dx in TakeOff.energies(model)] == [
+        ("elastic", 60.0, "dx"),
+        ("take_off", -8.0, "dx"),
+    ]
+
+
+def test_rates_of_winches(monkeypatch):
+    """Of each length's own, in the elements that it has; nothing elsewhere."""
+    moved = []
+    monkeypatch.setattr(winch.compat, "move_vertices", lambda mesh, now: moved.append((mesh, now)))
+    monkeypatch.setattr(winch.compat, "cell_dofs", lambda _: np.array([[2], [0], [1]]))
+    model = object.__new__(winch.Winch)
+    model.lines = Fake(mesh="mesh", cells_of=[np.array([0]), np.array([1, 2])], sections=[Fake(winch=None)] * 2)
+    model.driven, model._now, model._rate = {1: lambda t: 3.0 + 2.0 * t}, "now", None
+    model.publish(1.0)
+    model._rate = Fake(x=Fake(array=np.full(3, 7.0)), function_space=None)
+    model.publish(1.0)
+    assert moved == [("mesh", "now")] * 2
+    np.testing.assert_allclose(model._rate.x.array, [0.4, 0.4, 0.0], rtol=1e-9)
+
+
+# -- vessels, wind and waves -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rows", "given"), [([[0.0] * 7, [9.0, 0, 0, 0.4, 0, 0, 0]], 0.4), ([[0.0] * 7, [9.0, 0, 0, -2, 0, 0, 0]], 0.0)]
+)
+def test_the_highest_place_of_a_vessel(rows, given):
+    vessel = {"name": "ship", "position": [1, 0, 0.5], "fairleads": {"bow": [3.0, 0, -1]}, "motion": rows}
+    line = {"from": [12.0, 6.0, -10.0], "to": "ship.bow", "length": 16.0, "line_density": 2.0, "axial_stiffness": 1e5}
+    scene = load_scene({"vessel": [vessel], "cable": line, "time": {"end": 9.0, "step": 0.1}})
+    assert _highest(scene, scene.network.pieces[0].ends[1].top) == pytest.approx(-0.5 + given)
+
+
+def test_the_force_of_a_wind_that_is_given():
+    wind = {
+        "speed_10m": 8.0,
+        "area": 2.0,
+        "height": 1.0,
+        "direction_deg": 90.0,
+        "drag_coefficient": 1.5,
+        "air_density": 1.2,
+    }
+    w = load_scene({"sea": {"depth": 9.0}, "buoy": FLOAT, "wind": wind}).network.buoys["buoy"].wind
+    size = 0.5 * 1.5 * 1.2 * 2.0 * 64.0
+    np.testing.assert_allclose(sea.wind_at(w, 10.0), [0, size, 0], atol=1e-12)
+    np.testing.assert_allclose(sea.wind_at(w, 10.0, (4.0, np.array([1.0, 0, 0]))), [size / 4, 0, 0], atol=1e-12)
+
+
+def test_components_of_one_length_keep_their_order():
+    rows = [[0.01 * (k + 1), 6.0, float(7 * k % 360), 0.0] for k in range(60)]
+    scene = load_scene({"sea": {"depth": 30.0}, "buoy": FLOAT, "waves": {"components": rows}})
+    assert airy.AirySum.of(scene).amplitude.tolist() == [row[0] for row in rows]
+
+
+def test_slow_drift_of_pairs_of_waves():
+    """Newman's mean of both, without strips of their own; along the way that each of them runs."""
+    zero, whole = np.zeros((4, 2), complex), np.array([3.0, 5.0])
+    left = zero.copy()
+    left[3] = 1.0
+    pairs = transfer(Drift(whole, left, zero), np.array([1.0, 0.6]), np.array([0.0, 0.8]))
+    force = [[(a[:, 0].conj() @ b[:, 1:]).real.tolist() for b in pairs] for a in pairs]
+    np.testing.assert_allclose(force, [[[3, 0], [3, 4]], [[3, 0], [3, 4]]])
+
+
+def test_memory_of_one_motion():
+    """Of two states, by which the damping was made; with K(0) = 0."""
+    rate = np.array([-0.5 + 1.5j])
+    out = rate[None, :] * 1j  # Re(out/rate) = 0
+    made = States(rate, np.ones((1, 1), complex), out, 2, 0.0, 0.0, 0.0)
+    omega = np.linspace(0.05, 12.0, 120)
+    K = made.at(omega)
+    if K.real.max() < -K.real.min():
+        K = -K
+    found = fitted(omega, np.maximum(K.real, 0.0), K.imag / omega[:, None, None], 2)
+    assert found.order == 2
+    assert found.error < ENOUGH
+    np.testing.assert_allclose(found.at(omega)[:, 0, 0], K[:, 0, 0], atol=2 * ENOUGH * abs(K).max())
+
+
+# -- small things ------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_drawn_is_drawn_in_the_logarithm():
+    assert Drawn(1.0, 2.0) == (1.0, 2.0, False, False)
+
+
+@pytest.mark.parametrize("content", ["AAAA!AAAAAAA=", "AAAAAAAA"])
+def test_bytes_that_are_no_numbers(content):
+    with pytest.raises(ValueError, match=r"base64|multiple|size|buffer"):
+        saved._tree({"array": content, "dtype": "<f8", "shape": [1]})
