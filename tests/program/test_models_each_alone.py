@@ -10,18 +10,22 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
+from scipy.interpolate import CubicSpline
 
-from dolfbuoy import load_scene
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.coupling import saved
-from dolfbuoy.model import airy, sea, winch
+from dolfbuoy.coupling.paths import Path
+from dolfbuoy.model import airy, moments, sea, varying, winch
 from dolfbuoy.model.attachment import Clamp
 from dolfbuoy.model.drift import Drift, transfer
 from dolfbuoy.model.effect import Drawn
+from dolfbuoy.model.grounding import Seabed
 from dolfbuoy.model.interface import Model
 from dolfbuoy.model.line_groups import LineGroups, _Growths
 from dolfbuoy.model.lines import Lines
-from dolfbuoy.model.memory_fit import ENOUGH, States, fitted
+from dolfbuoy.model.memory_fit import ENOUGH, Kernel, States, fitted
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.model.structure import structure_of
 from dolfbuoy.model.surfacing import _highest
 from dolfbuoy.model.take_off import TakeOff
 from dolfbuoy.solver import compat
@@ -218,3 +222,111 @@ def test_what_is_drawn_is_drawn_in_the_logarithm():
 def test_bytes_that_are_no_numbers(content):
     with pytest.raises(ValueError, match=r"base64|multiple|size|buffer"):
         saved._tree({"array": content, "dtype": "<f8", "shape": [1]})
+
+
+def test_a_state_of_another_version_is_refused():
+    """Also where what another thing has is known."""
+    known = {"a": Path(0.0, [1.0]), "b": Path(0.0, [2.0])}
+    session = Fake(scene=Fake(to_toml=lambda: "scene"), paths=known)
+    own = {"_series": (0.0, 1.0, 2), "_required": {"c": (np.ones(3), np.zeros(3))}, "_targets": {}, "loads": 0.0}
+    own |= {"functions": {}, "paths": {name: dict(vars(path)) for name, path in known.items()}}
+    whole = saved.Saved(1, {"x": np.arange(3)}, 5, own, None)
+    found = saved.unpack(session, saved.pack(session, whole))
+    assert (found.session, found.assembled, found.mark, found.state["x"].tolist()) == (id(session), -1, None, [0, 1, 2])
+    assert (found.own["_series"], found.own["_required"]["c"].force.tolist()) == ((0.0, 1.0, 2), [1, 1, 1])
+    own["paths"]["b"]["other"] = own["paths"]["b"].pop("before")
+    with pytest.raises(InputError, match="one of another version"):
+        saved.unpack(session, saved.pack(session, whole))
+    del own["loads"]
+    with pytest.raises(InputError, match="not those of a packed state"):
+        saved.unpack(session, saved.pack(session, whole))
+    with pytest.raises(InputError, match="writes a record"):
+        saved.pack(session, whole._replace(mark={}))
+
+
+def test_kinks_of_tables_are_structure():
+    """How many there are on either side."""
+    line = {"length": 20.0, "line_density": 2.0, "elements": 2, "top": {"kind": "fixed", "position": [15.0, 0, 0]}}
+    rows = {
+        "above": [[0, 0], [0.01, 1e3], [0.02, 1.5e3]],
+        "other": [[0, 0], [0.02, 1e3], [0.03, 1.4e3]],
+        "below": [[-0.02, -1.5e3], [-0.01, -1e3], [0, 0]],
+        "more": [[0, 0], [0.01, 1e3], [0.02, 1.5e3], [0.03, 3e3]],
+    }
+    found = {
+        name: structure_of(load_scene({"cable": line | {"axial_stiffness": table}})) for name, table in rows.items()
+    }
+    assert found["above"] == found["other"]
+    assert len({repr(found[name]) for name in ("above", "below", "more")}) == 3
+
+
+def test_moments_of_plain_lines_only():
+    """The correction of moments knows neither what damps nor what is wound."""
+    kinds = [(damping, wound) for damping in (None, 1.0) for wound in (None, 1.0)]
+    found = [moments._is_plain(Fake(bending_damping=damping, winch=wound)) for damping, wound in kinds]
+    assert found == [True, False, False, False]
+
+
+def test_spectra_of_gusts():
+    """ISO 19901-1 at 10 m and IEC 61400-1 by their formulas, and where the components are."""
+    f = np.array([0.0, 0.02])
+    npd = 320 * 4.0 / (1 + np.array([0.0, 172 * 0.02 * 2**-0.75]) ** 0.468) ** (5 / (3 * 0.468))
+    np.testing.assert_allclose(varying.npd_spectrum(f, 20.0), npd, rtol=1e-12)
+    time = 8.1 * 7.0 / 20.0
+    kaimal = 4 * time * (0.15 * 20) ** 2 / (1 + 6 * f * time) ** (5 / 3)
+    np.testing.assert_allclose(varying.kaimal_spectrum(f, 20.0, 0.15), kaimal, rtol=1e-12)
+    wind = {"speed_10m": 20.0, "area": 2.0, "height": 1.0, "gusts": "npd"}
+    w = load_scene({"sea": {"depth": 9.0}, "buoy": FLOAT, "wind": wind}).network.buoys["buoy"].wind
+    f = varying.Gusts(w, 3).frequency / (2 * np.pi)
+    edges = (1 / 600) * 300 ** (np.arange(201) / 200)
+    assert np.all((edges[:-1] <= f * (1 + 1e-12)) & (f <= edges[1:] * (1 + 1e-12)))
+
+
+def test_a_current_that_stops():
+    turning = {"speed": 2.0, "direction_deg": 90.0, "over_time": [[0, 1, 0], [1, 0, 0], [2, 1, 90.0]]}
+    at = varying.velocity_over_time(load_scene({"sea": {"depth": 9.0}, "buoy": FLOAT, "current": turning}).current)
+    for t, velocity in ((0.0, [0, 2, 0]), (0.5, [0, 1, 0]), (1.0, [0, 0, 0]), (1.5, [-1, 0, 0]), (9.0, [-2, 0, 0])):
+        np.testing.assert_allclose(at(t), velocity, atol=1e-14)
+
+
+def test_a_tide_begins_at_once():
+    rows = [[0.0, 1.0], [10.0, 3.0], [20.0, 2.0]]
+    level = varying.tide_of(load_scene({"sea": {"depth": 9.0, "tide": rows}, "buoy": FLOAT}))
+    path = CubicSpline(*np.transpose(rows), bc_type="clamped")
+    for t in (0.0, 0.25, 0.9, 15.0, 20.0):
+        assert level(t) == pytest.approx(path(t) - 1.0, abs=1e-14)
+    assert level(99.0) == pytest.approx(1.0)
+
+
+def test_a_long_series_of_the_surface_is_that_of_its_instants():
+    """Of so many components and times that not all are summed at once; at one point, and at one for each."""
+    rows = [[0.01, 4.0 + 0.1 * k, 7.0 * k, 5.0 * k] for k in range(60)]
+    waves = airy.AirySum.of(load_scene({"sea": {"depth": 30.0}, "buoy": FLOAT, "waves": {"components": rows}}))
+    times = np.linspace(0.0, 900.0, 40_000)
+    points = np.column_stack([times / 10, -times / 30])
+    fixed, moving = waves.over_time(times, np.array([3.0, -4.0, -9.0])), waves.over_time(times, points)
+    for k in (0, 1, 16_667, 20_000, 39_999):
+        assert fixed[k] == pytest.approx(waves.elevation(times[k], np.array([3.0, -4.0])), abs=1e-12)
+        assert moving[k] == pytest.approx(waves.elevation(times[k], points[k]), abs=1e-12)
+
+
+def test_damping_beyond_the_highest_frequency():
+    """As it falls there, by the last tenth of the frequencies; 0 at 0, where it begins flat."""
+    omega = np.linspace(0.1, 10.0, 100)
+    B = np.minimum(omega, omega**-5.0)[:, None, None]
+    kernel = Kernel(omega, 4.0 * B, 0 * B)
+    assert (kernel.fall, kernel.scale[0], kernel.peak) == pytest.approx((5.0, 2.0, 1.0))
+    ends = kernel.damping(np.array([0.0, 10.0, 20.0]))[:, 0, 0]
+    np.testing.assert_allclose(ends, [0.0, 1e-5, 1e-5 / 32], rtol=1e-9, atol=1e-18)
+    assert kernel.damping(np.array([1e-3]))[0, 0, 0] < 1e-4
+    assert Kernel(omega, 0.5 + 0 * B, 0 * B).fall == 2.0
+
+
+def test_who_looks_for_what_lies():
+    """One rank over a plane in C; else all together."""
+    asked = []
+    bed = Fake(ground=None, model=Fake(comm=Fake(size=2)), _sound=lambda *given: asked.append(given))
+    Seabed.lying(bed, "u", "out", 3)()
+    bed.ground, bed.model.comm.size = "depths", 1
+    Seabed.lying(bed, "v", "row", 4)()
+    assert asked == [("u", "out", 3), ("v", "row", 4)]

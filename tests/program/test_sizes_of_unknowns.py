@@ -190,13 +190,14 @@ def test_an_element_is_pushed_flat():
     """Half flat is what may be; the softest of those that may turn counts."""
     sections = [Fake(axial_stiffness=100.0), Fake(axial_stiffness=60.0), Fake(axial_stiffness=8.0)]
     groups = [Fake(sections=sections, turnable=np.array([True, True, False]))]
-    least = np.array([-30.0])
-    problem = Fake(lines=Fake(groups=groups, smallest_stretch=lambda u: -0.25), _find_least=lambda: None, _least=least)
+    least, given = np.zeros(1), [-30.0]
+    problem = Fake(lines=Fake(groups=groups, smallest_stretch=lambda u: -0.25), _least=least)
+    problem._find_least = lambda: least.fill(given[0])
     problem.comm, problem.system = MPI.COMM_SELF, Fake(u=None)
     problem._bearable = Problem._pushed_half_flat(problem)
     assert problem._bearable == -30.0
     assert Problem._inside_out(problem) is None
-    least[:] = -30.1
+    given[0] = -30.1
     assert Problem._inside_out(problem) == "the cable tension turns an element inside out, to a stretch of -0.25"
     problem.lines.smallest_stretch = lambda u: 0.0
     assert Problem._inside_out(problem) is None
