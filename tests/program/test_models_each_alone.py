@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
+from helpers import REFERENCE
 from scipy.interpolate import CubicSpline
 
 from dolfbuoy import InputError, load_scene
@@ -17,6 +18,7 @@ from dolfbuoy.coupling import saved
 from dolfbuoy.coupling.paths import Path
 from dolfbuoy.model import airy, moments, sea, varying, winch
 from dolfbuoy.model.attachment import Clamp
+from dolfbuoy.model.buoy import Buoy
 from dolfbuoy.model.drift import Drift, transfer
 from dolfbuoy.model.effect import Drawn
 from dolfbuoy.model.grounding import Seabed
@@ -24,6 +26,7 @@ from dolfbuoy.model.interface import Model
 from dolfbuoy.model.line_groups import LineGroups, _Growths
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.memory_fit import ENOUGH, Kernel, States, fitted
+from dolfbuoy.model.numbers import Numbers
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.structure import structure_of
 from dolfbuoy.model.surfacing import _highest
@@ -330,3 +333,48 @@ def test_who_looks_for_what_lies():
     bed.ground, bed.model.comm.size = "depths", 1
     Seabed.lying(bed, "v", "row", 4)()
     assert asked == [("u", "out", 3), ("v", "row", 4)]
+
+
+# -- another scene -----------------------------------------------------------------------------------------------------
+
+
+def test_numbers_of_another_scene():
+    """On each element those of its section; one constant where all sections have the same."""
+    mesh = compat.interval_mesh(compat.MPI.COMM_SELF, [0.0, 1.0, 2.0, 3.0])
+    scenes = [
+        Fake(x=x, parts=[Fake(a=a, b=7.0 * x) for a in pair]) for x, pair in ((1.0, (2.0, 3.0)), (5.0, (4.0, 6.0)))
+    ]
+    numbers = Numbers(mesh, scenes[0], lambda scene: scene.parts, np.array([1, 0, 1]))
+    a, b = numbers.per_cell(lambda part: part.a), numbers.per_cell(lambda part: part.b)
+    x = numbers.constant(lambda scene, part: scene.x + part.a)
+    places = compat.cell_dofs(a.function_space)[:, 0]
+    assert (a.x.array[places].tolist(), float(b.value), float(x.value)) == ([3, 2, 3], 7.0, 3.0)
+    numbers.change(scenes[1])
+    assert (a.x.array[places].tolist(), float(b.value), float(x.value)) == ([6, 4, 6], 35.0, 9.0)
+    assert (numbers.scene, numbers.sections) == (scenes[1], scenes[1].parts)
+
+
+def test_a_buoy_takes_the_numbers_of_another_scene():
+    """Its memory of waves and the forces of those that come are those of a buoy that is made for it."""
+    hull = {"hull": [[0.0, 2.0], [1.6, 2.0]], "mass": 2576.1, "center_of_mass": 0.6, "inertia": [1500.0, 1300.0]}
+    hull |= {"potential_flow": str(REFERENCE / "truncated_cylinder.nc"), "drift": "newman", "memory_order": 2}
+    scene = {"sea": {"depth": 20.0}, "waves": {"amplitude": 0.15, "period": 3.0, "direction_deg": 30.0}, "buoy": hull}
+    scene |= {"wind": {"speed_10m": 8.0, "area": 1.0, "height": 2.0}, "time": {"end": 1.0, "step": 0.1}}
+    other = {"waves.direction_deg": 70.0, "buoy.center_of_mass": 0.5, "buoy.inertia": [1400.0, 1300.0]}
+    first, second = load_scene(scene), load_scene(scene, **other)
+    used, fresh, before = Buoy(first, "buoy", True), Buoy(second, "buoy", True), Buoy(first, "buoy", True)
+    used.change(second)
+
+    def told(buoy):
+        yield from (buoy.memory_of_waves._modes[name] for name in ("rate", "into", "out"))
+        for force in buoy.of_components:
+            yield from force._kept[:3]
+        yield buoy.slow_drift._whole
+        yield from (number.value for number in (buoy.M, buoy.center, buoy.inertia, buoy.gravity, buoy.offset))
+
+    changed = 0
+    for one, new, old in zip(told(used), told(fresh), told(before), strict=True):
+        np.testing.assert_array_equal(one, new)
+        changed += not np.array_equal(new, old)
+    assert changed > 8
+    assert (used.section, used.mass) == (second.network.buoys["buoy"], fresh.mass)
