@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.coupling import saved
 from dolfbuoy.coupling.paths import Path
-from dolfbuoy.model import airy, moments, sea, varying, winch
+from dolfbuoy.model import airy, moments, sea, surfacing, varying, winch
 from dolfbuoy.model.attachment import Clamp
 from dolfbuoy.model.buoy import Buoy
 from dolfbuoy.model.drift import Drift, transfer
@@ -29,7 +29,6 @@ from dolfbuoy.model.memory_fit import ENOUGH, Kernel, States, fitted
 from dolfbuoy.model.numbers import Numbers
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.structure import structure_of
-from dolfbuoy.model.surfacing import _highest
 from dolfbuoy.model.take_off import TakeOff
 from dolfbuoy.solver import compat
 
@@ -158,14 +157,14 @@ def test_rates_of_winches(monkeypatch):
 # -- vessels, wind and waves -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("rows", "given"), [([[0.0] * 7, [9.0, 0, 0, 0.4, 0, 0, 0]], 0.4), ([[0.0] * 7, [9.0, 0, 0, -2, 0, 0, 0]], 0.0)]
-)
-def test_the_highest_place_of_a_vessel(rows, given):
-    vessel = {"name": "ship", "position": [1, 0, 0.5], "fairleads": {"bow": [3.0, 0, -1]}, "motion": rows}
-    line = {"from": [12.0, 6.0, -10.0], "to": "ship.bow", "length": 16.0, "line_density": 2.0, "axial_stiffness": 1e5}
-    scene = load_scene({"vessel": [vessel], "cable": line, "time": {"end": 9.0, "step": 0.1}})
-    assert _highest(scene, scene.network.pieces[0].ends[1].top) == pytest.approx(-0.5 + given)
+@pytest.mark.parametrize(("rise", "given"), [(0.4, 0.4), (-2.0, 0.0), (None, 0.0)])
+def test_the_highest_place_of_an_end_on_a_vessel(monkeypatch, rise, given):
+    """At rest, lifted by the waves, and by the rows of a motion that goes up."""
+    monkeypatch.setattr(surfacing, "Riding", Fake)
+    monkeypatch.setattr(surfacing, "rider_of", lambda top: Fake(rise=lambda own: 0.25 if own == "bow" else 9.0))
+    rows = None if rise is None else [[0.0, 5, 5, 0.1 * rise, 5, 5, 5], [9.0, 5, 5, rise, 5, 5, 5]]
+    top = Fake(position=[1.0, 0.0, -3.0], vessel=Fake(motion=rows), own="bow")
+    assert surfacing._highest(None, top) == pytest.approx(-2.75 + given)
 
 
 def test_the_force_of_a_wind_that_is_given():
@@ -254,13 +253,14 @@ def test_kinks_of_tables_are_structure():
         "above": [[0, 0], [0.01, 1e3], [0.02, 1.5e3]],
         "other": [[0, 0], [0.02, 1e3], [0.03, 1.4e3]],
         "below": [[-0.02, -1.5e3], [-0.01, -1e3], [0, 0]],
+        "both": [[-0.02, -1.5e3], [-0.01, -1e3], [0, 0], [0.01, 1e3], [0.02, 1.5e3]],
         "more": [[0, 0], [0.01, 1e3], [0.02, 1.5e3], [0.03, 3e3]],
     }
     found = {
         name: structure_of(load_scene({"cable": line | {"axial_stiffness": table}})) for name, table in rows.items()
     }
     assert found["above"] == found["other"]
-    assert len({repr(found[name]) for name in ("above", "below", "more")}) == 3
+    assert len({repr(found[name]) for name in ("above", "below", "both", "more")}) == 4
 
 
 def test_moments_of_plain_lines_only():
