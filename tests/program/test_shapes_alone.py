@@ -1,4 +1,4 @@
-"""Hulls, their disks and points, nodes of lines, and the least that a scene must have; each alone.
+"""Hulls, their disks and points, nodes and energies of lines, and the least that a scene must have; each alone.
 
 Source: frusta and moments by hand, quadrature over disks.
 """
@@ -15,7 +15,7 @@ from scipy.integrate import quad
 
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.meshes import HullShape, cable_nodes, number_of_cells
-from dolfbuoy.model import feasible, potential_flow
+from dolfbuoy.model import feasible, line_energy, potential_flow
 from dolfbuoy.model.rigid import mooring_offset
 
 ROPE = {"length": 20.0, "line_density": 2.0, "axial_stiffness": 1e5, "elements": 2}
@@ -138,3 +138,29 @@ def test_an_effective_mass_is_more_than_nothing(mass, said):
         return
     with pytest.raises(InputError, match="is not positive"):
         feasible.check_feasible(scene)
+
+
+# -- energies ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("blended", [False, True])
+@pytest.mark.parametrize("beta", [None, "beta"])
+@pytest.mark.parametrize("e", [None, "e"])
+def test_energies_that_a_line_has(monkeypatch, e, beta, blended):
+    """Of stretching where it stretches; of bending where it bends, of the part of the moment that is elastic."""
+    called = Fake(split=lambda w: ["r", "T", "m"], CellVolume=lambda mesh: "h")
+    named = Fake(**{name: lambda *of, name=name: (name, *of) for name in ("elastic_energy", "blended_energy")})
+    named.bending_energy, named.elastic_moment = lambda *of: ("bending", *of), lambda *of: ("moment", *of)
+    named.taut_energy = None
+    for name, made in (("ufl", called), ("form", named), ("bending", named)):
+        monkeypatch.setattr(line_energy, name, made)
+    monkeypatch.setattr(line_energy, "partial", lambda *_, **__: None)
+    monkeypatch.setattr(line_energy, "or_taut", lambda lines, value, taut: value)
+    lines = Fake(kinematics=lambda: ("r", "T", e, "r_t", None), cable="cable", w="w", mesh="mesh", EI="EI")
+    lines.moment_dofs, lines.blended, lines.bending_damping = None, blended, beta
+    stretching = [] if e is None else [("elastic_energy", "cable", "e", "T", "r", "r_t")]
+    assert line_energy.elastic_energies(lines) == stretching
+    lines.moment_dofs = np.zeros((1, 3))
+    m = "m" if beta is None else ("moment", "m", "EI", "beta", "r", "r_t")
+    more = [("blended_energy", "r", "m", "EI", "h")] if blended else []
+    assert line_energy.elastic_energies(lines) == [*stretching, *more, ("bending", m, "EI")]
