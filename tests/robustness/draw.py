@@ -33,7 +33,7 @@ from drawn import ROOT, Change, modules
 TESTS = ROOT / "tests"
 #: What is imported before a process is forked: nothing that starts MPI.
 READY = ("matplotlib.pyplot", "netCDF4", "numpy", "pydantic", "pytest", "rich.console", "scipy.signal", "xarray")
-LIKELY, LONG_PATIENCE = 7, 420  #: test files for a change, and seconds for them
+LIKELY, LONG_PATIENCE = 8, 480  #: test files for a change, and seconds for them
 PATIENCE = 60  #: seconds beyond three times those of the unchanged cases until it counts as endless
 BATCH = 15  #: seconds of cases that share a process
 SAME = "the same"
@@ -178,6 +178,7 @@ def likely(change) -> list[Path]:
         found[path] = sum(8 for name in names if len(name) > 4 and re.search(rf"\b{name}\b", text))
         found[path] += 6 * bool(re.search(rf"{re.escape(change.name)}\b", text)) + 3 * (stem in path.stem)
         found[path] += 6 * bool(re.search(rf"from {re.escape(package)} import[^\n]*\b{stem}\b", text))
+        found[path] += min(text.count(stem), 50) / 100 if found[path] else 0  # of many with a common word
     return sorted((path for path, points in found.items() if points), key=lambda path: -found[path])[:LIKELY]
 
 
