@@ -348,3 +348,20 @@ def test_a_sweep_says_of_how_many_cases(call, files):
     _, out, _ = call("sweep", "steep.toml", "--vary", "waves.amplitude=0.1,1.5,2", "--out", "out")
     (line,) = (line for line in out.splitlines() if "breaking" in line)
     assert line.startswith("Warning: 2 of 3 cases, the first with waves.amplitude = 1.5: The wave")
+
+
+def test_which_folder_can_go_on(tmp_path):
+    """One with all files of a run of the same scene, that no session stepped."""
+    scene = dolfbuoy.load_scene(CHAIN)
+    folder.begin(tmp_path, "run", scene)
+    assert not folder.can_resume(tmp_path, scene)
+    for name in ("results.nc", "checkpoint.npz"):
+        (tmp_path / name).touch()
+    assert folder.can_resume(tmp_path, scene)
+    other = dolfbuoy.load_scene(scene, time__end=9.0)
+    assert not folder.can_resume(tmp_path, other)
+    assert (folder.is_edited(tmp_path, scene), folder.is_edited(tmp_path, other)) == (False, True)
+    assert not folder.is_edited(tmp_path / "nowhere", scene)
+    folder.remark(tmp_path, "run", session=True)
+    assert not folder.can_resume(tmp_path, scene)
+    assert not folder.holds(tmp_path, "run", scene, overwrite=True)
