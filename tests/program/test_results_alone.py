@@ -309,6 +309,18 @@ def test_times_of_a_run_are_medians(monkeypatch):
     assert [measured.window_start(load_scene(SCENE, waves__ramp=r)) for r in (0.0, 32.0, 32.1)] == [4.0, 32.0, 4.0]
 
 
+def test_a_run_without_a_cost(tmp_path):
+    """As it is kept: times and quantities, and no seconds, steps or unknowns."""
+    run = measured.Run(np.arange(3.0), {"a": np.ones((3, 2)), "b": np.zeros((3, 1))}, 5.0, 4.0, 3, 2, 1, 7, 9)
+    run.save(tmp_path / "run.npz")
+    again = measured.Run.kept(tmp_path / "run.npz")
+    assert (again.t.tolist(), again.values.keys()) == ([0.0, 1.0, 2.0], {"a", "b"})
+    assert all(np.array_equal(again.values[name], run.values[name]) for name in "ab")
+    costs = ("wall", "cpu", "steps", "iterations", "rejected", "failed", "unknowns")
+    assert [getattr(again, name) for name in costs] == [0] * 7
+    assert [getattr(run, name) for name in costs] == [5.0, 4.0, 3, 2, 1, 7, 9]
+
+
 def test_a_folder_may_be_shared(tmp_path):
     """By those that share it, by no other; then it is free."""
     place = tmp_path / "a"
