@@ -11,11 +11,15 @@ import pytest
 import xarray as xr
 from made_up import RECORD, SCENE
 from test_figures_read_back import swept
+from test_numbers_shown import made_up_offsets
 
 from dolfbuoy import InputError, load_scene
-from dolfbuoy.page import run_page
-from dolfbuoy.results import frame, linear_record, sample, series
+from dolfbuoy.page import result_pages, run_page
+from dolfbuoy.results import frame, linear_figures, linear_record, measured, sample, series
+from dolfbuoy.results.criteria import verdicts
 from dolfbuoy.results.devices import winches_of
+from dolfbuoy.results.draw3d import _ticks
+from dolfbuoy.results.elasticities import columns_of_run
 from dolfbuoy.results.quantities import QUANTITIES, chosen, declared, over, shown_in
 from dolfbuoy.results.quantity import Curve, Quantity
 from dolfbuoy.results.sample import Fatigue, sample_of
@@ -259,3 +263,74 @@ def test_a_wind_of_many_instants_is_read_from_a_table():
         difference = np.abs(wind.vectors(rows) - each).max() / np.abs(each).max()
         assert difference < (1e-12 if count == 16 else 2e-3)
         assert (difference > 0) or count == 16
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "longest", "lying", "upright"),
+    [
+        (0.0, 10.0, 10.0, [2, 4, 6, 8], [2, 4, 6, 8, 10]),
+        (0.0, 7.0, 20.0, [2, 6], [5]),
+        (0.0, 4.0, 20.0, [2], [2, 4]),
+        (0.0, 1.5, 20.0, [1], [1]),
+        (0.0, 1.0, 20.0, [0.5], [1]),
+        (0.1, 0.9, 40.0, [0.5], [0.5]),
+    ],
+)
+def test_numbers_on_an_axis_in_space(low, high, longest, lying, upright):
+    """Round ones, two on a short axis that lies, at least one; none at the corners."""
+    for way, ticks in ((False, lying), (True, upright)):
+        np.testing.assert_allclose(_ticks(low, high, longest, way), ticks)
+
+
+def test_offsets_over_a_current():
+    """In metres a second, whatever its size."""
+    made = made_up_offsets().rename(force="current")
+    left, middle, _ = linear_figures.offset_curves(made).axes
+    assert [axes.get_xlabel() for axes in (left, middle)] == ["current at the surface [m/s]"] * 2
+    np.testing.assert_allclose(left.lines[0].get_xdata(), [0.0, 2000.0, 4000.0])
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ({}, ["tension_top", "tension_anchor", "buoy_position", "cone_angle"]),
+        ({"buoy": None, "wind": None, "external_force": None, "cable.top": {"kind": "free"}}, ["tension_anchor"]),
+        ({"cable": None}, ["buoy_position", "cone_angle"]),
+    ],
+)
+def test_what_is_compared(changes, names):
+    """No tension at tops that are free."""
+    scene = load_scene(SCENE, **changes)
+    assert measured.quantities_of(scene) == names
+    measured.check_quantity(scene, names[-1])
+    with pytest.raises(InputError, match=f"--quantity pitch: this scene has {', '.join(names)}"):
+        measured.check_quantity(scene, "pitch")
+
+
+@pytest.mark.parametrize(("start", "largest"), [(39.9, 6.0), (40.0, 9.0), (99.0, 9.0)])
+def test_criteria_of_less_than_two_instants_are_of_the_whole(start, largest):
+    t = RECORD.time.values
+    record = RECORD.assign(offset=(("time", "buoy"), np.where(t > 39.85, 6.0, 9.0)[:, None]))
+    (found,) = verdicts(record, load_scene(SCENE, criteria={"largest_offset": 7.0}), start)
+    assert found.value == largest
+
+
+def test_outputs_whose_elasticities_are_shown():
+    """The usual ones, or all; with the name of their part where there are several."""
+    names = ["tension_top.max", "tension_top.max", "offset.mean", "cone_angle.max"]
+    data = {"output": ("o", names), "output_of": ("o", ["a", "b", "buoy", "buoy"])}
+    found = xr.Dataset(data | {"elasticity": (("parameter", "o"), np.arange(8.0).reshape(2, 4))})
+    few = columns_of_run(found, False)
+    assert {name: x.tolist() for name, x in few.items()} == {
+        "tension_top.max of a": [0, 4], "tension_top.max of b": [1, 5], "cone_angle.max": [3, 7],
+    }  # fmt: skip
+    assert list(columns_of_run(found, True)) == [*list(few)[:2], "offset.mean", "cone_angle.max"]
+
+
+def test_a_page_of_a_sweep_leads_to_its_own_records_only():
+    good = "records/0123456789abcdef0123"
+    places = [good, "records/0123456789abcdef012", "records/../x", "http://a/" + good, good + "4", ""]
+    made = swept([{"a.x": float(k)} for k in range(6)]).assign(record=("case", np.array(places, dtype=object)))
+    assert result_pages.sweep_data(made)["records"] == [good, "", "", "", "", ""]
+    assert "opens its replay" in result_pages.sweep_page(made)
+    assert "opens its replay" not in result_pages.sweep_page(made.drop_vars("record"))
