@@ -333,7 +333,7 @@ class Observer:
     def _gather(self, array: NDArray[Any]) -> Any:
         if self.comm.size == 1:
             return np.array(array)
-        parts = self.comm.gather(np.ascontiguousarray(array), root=0)
+        parts = self.comm.gather(np.ascontiguousarray(array))
         return np.concatenate(parts) if parts is not None else None
 
 

@@ -123,7 +123,7 @@ class Record:
                 shutil.copyfile(self.path, part)
             whole = [*self.extremes.values(), *(self.fixed.values() if fresh else ())]
             reserve(part, _room(columns) + _length(self.attributes) + sum(v.nbytes for v in whole))
-            with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
+            with netCDF4.Dataset(part, "w" if fresh else "a") as file:
                 if fresh:
                     self._define(file)
                 for name, values in columns.items():
@@ -183,7 +183,7 @@ class Record:
         """Write the record again, as long as `counts`."""
         with replacing(self.path) as part:
             reserve(part, self.path.stat().st_size)
-            with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+            with netCDF4.Dataset(part, "w") as file:
                 self._define(file)
                 for name in (n for n in old.variables if n in over("time", "frame")):
                     self._append(file, name, old.variables[name][: counts[_axis(name)]])
