@@ -282,6 +282,24 @@ def test_hulls_and_joints_have_the_numbers_that_they_have_in_the_record():
     assert (joints.point_data["joint [1]"].tolist(), joints.cells[0].data.tolist()) == ([0, 1], [[0], [1]])
 
 
+def test_a_collection_names_its_files_by_time_and_part(tmp_path):
+    """In order, with a header that ParaView reads; what there is one of is of all instants."""
+    frames = [SimpleNamespace(time=time) for time in (0.0, 0.1 + 0.2)]
+    files = [Path(f"a/cable_{k}.vtu") for k in range(2)], [Path("a/bed_0.vtu")] * 2
+    paraview._write_collection(tmp_path / "all.pvd", frames, *files)
+    lines = (tmp_path / "all.pvd").read_text().splitlines()
+    assert lines[:3] == [
+        "<?xml version='1.0' encoding='utf-8'?>",
+        '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">',
+        "  <Collection>",
+    ]
+    assert [line.strip() for line in lines[3:7]] == [
+        f'<DataSet timestep="{time}" part="{part}" file="{file}" />'
+        for time, k in (("0.0", 0), ("0.30000000000000004", 1))
+        for part, file in ((0, f"cable_{k}.vtu"), (1, "bed_0.vtu"))
+    ]
+
+
 def test_a_buoy_without_a_hull_is_its_axis():
     buoy = SCENE.network.buoys["buoy"].model_copy(update={"hull": None, "mooring_height": 0.3})
     one = Floating(buoy, np.zeros(3), np.eye(3))

@@ -114,3 +114,37 @@ def test_numbers_in_words():
     ]
     assert [plain(x) for x in numbers] == words
     assert [newtons(x) for x in (-4.68e4, 999.96, -12.5, 1e-12)] == ["-46.8 kN", "1000 N", "-12.5 N", "0 N"]
+
+
+def test_a_table_stands_at_the_left_without_an_edge(monkeypatch):
+    """Title and notes as they are, columns to the right but for those that are named; the unit is that of the size."""
+    file = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", file)
+    rows = [{"a": 1234.5678, "b": "x"}, {"a": 2.0, "b": "long word"}]
+    tables.show("A title [m]", rows, {"a": "first [N]", "b": "second"}, ["A note [bold]."])
+    words = tables.table("T", ["one", "two"], ["two"])
+    words.add_row("a [i]", "b")
+    tables.out.print(words)
+    assert [line.rstrip() for line in file.getvalue().splitlines()] == [
+        "A title [m]",
+        "first [kN] ┃    second",
+        "━" * 11 + "╇" + "━" * 10,
+        "     1.235 │         x",
+        "     0.002 │ long word",
+        "A note [bold].",
+        "T",
+        "one   ┃ two",
+        "━" * 6 + "╇" + "━" * 4,
+        "a [i] │   b",
+    ]
+
+
+def test_a_table_in_markdown():
+    """Bars in cells are escaped, lines joined; without a title none."""
+    rows = [{"a": 1.5, "b": "x|y\nz"}, {"a": None}]
+    text = "| a | b |\n|---|---|\n| 1.5 | x\\|y z |\n| - | - |"
+    assert tables.markdown("T", rows, {"a": "a", "b": "b"}, ["one", "two"]) == f"## T\n\n{text}\n\none\n\ntwo\n"
+    assert tables.markdown("", rows, {"a": "a", "b": "b"}) == f"{text}\n"
+    found = tables.groups([{"k": 1, "m": 2}, {"k": 3, "m": 2}, {"k": 1, "m": 4}], "k")
+    assert {key: [row["m"] for row in rows] for key, rows in found.items()} == {1: [2, 4], 3: [2]}
+    assert list(tables.groups([{"k": 1, "m": 2}], "k", "m")) == [(1, 2)]
