@@ -80,6 +80,23 @@ def test_a_ship_and_what_is_on_it_move_in_a_page(with_a_ship):
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_has_a_name_in_a_picture(monkeypatch, count):
+    """Lines, at their middles, and buoys where there are several; devices, winches and vessels always."""
+    monkeypatch.setattr(view, "winches_of", lambda network: [("w", 0, 1)])
+    named = [SimpleNamespace(name=name, node=slice(*node)) for name, node in (("a", (0, 5)), ("b", (5, 12)))][:count]
+    frames = SimpleNamespace(spans=named, buoys=["x", "y"][:count], devices=named, network=None)
+    frames.shells, frames.node_of = [SimpleNamespace(name="ship")], lambda piece, end: 7 + piece + 10 * end
+    always = [{"text": "ship", "vessel": 0}, {"text": "winch w" if count > 1 else "winch", "node": 17}]
+    assert view.labels(frames) == {
+        1: [{"text": "take-off", "device": 0}, *always],
+        2: [
+            {"text": "a", "node": 2}, {"text": "b", "node": 8}, {"text": "x", "buoy": 0}, {"text": "y", "buoy": 1},
+            {"text": "a", "device": 0}, {"text": "b", "device": 1}, *always,
+        ],
+    }[count]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("low", "high", "size", "depth", "bottom", "top"),
     [
