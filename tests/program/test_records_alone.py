@@ -262,11 +262,11 @@ def test_records_are_saved_every_second_or_for_a_fiftieth_of_the_time(monkeypatc
     }  # fmt: skip
 
 
-def adding(times, interval=0.1, end=0.25, tolerance=1e-8, rows=100):
+def adding(times, interval=0.1, end=0.25, tolerance=1e-8, rows=100, lines=True):
     """Frames, blocks of rows and instants of saving of a recorder to which these instants are added."""
     blocks, saved, seen = [], [], []
     sim = states_of()
-    sim.problem, sim.line_velocity = SimpleNamespace(lines=True), 1.0
+    sim.problem, sim.line_velocity = SimpleNamespace(lines=lines), 1.0
     own = SimpleNamespace(simulation=sim, root=True, _rows=np.zeros((rows, 5)), _count=0, _corrected=None)
     own._extremes, own._next_frame, own.interval = SimpleNamespace(note=seen.append), 0.0, interval
     own._end, own._tolerance, own._next_save = end, tolerance, 4.5
@@ -304,6 +304,23 @@ def test_rows_become_quantities_when_there_is_no_more_room(monkeypatch):
     own._make_values()
     own._make_values()
     assert [block["time"].tolist() for block in blocks] == [[0.12]]
+
+
+def test_errors_are_what_is_recorded_less_what_is_corrected(monkeypatch):
+    """Of all rows that were noted; without lines there are no frames."""
+    blocks = []
+    own = SimpleNamespace(_rows=np.array([[0.0, 0.1, 2, 5.0], [0.1, 0.1, 3, 7.0], [9.0, 9.0, 9, 9.0]]), _count=2)
+    own._corrected, own._corrected_rows = True, np.array([[4.0], [9.0], [1.0]])
+    own.observer = SimpleNamespace(values_of=lambda rows: {"tension_top": rows.copy()})
+    own.record = SimpleNamespace(add=blocks.append)
+    Recorder._make_values(own)
+    (made,) = blocks
+    assert {name: np.ravel(values).tolist() for name, values in made.items()} == {
+        "time": [0.0, 0.1], "time_step": [0.1, 0.1], "newton_iterations": [2, 3],
+        "tension_top": [5.0, 7.0], "tension_top_error": [1.0, -2.0],
+    }  # fmt: skip
+    monkeypatch.setattr(recorder, "clock", SimpleNamespace(monotonic=lambda: 0.0))
+    assert adding([0.0, 0.1], lines=None)[1] == []
 
 
 @pytest.mark.parametrize(("step", "follows", "noted"), [(0.0, True, 5.0), (0.1, True, 9.0), (0.1, False, np.nan)])

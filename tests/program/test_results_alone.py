@@ -188,7 +188,13 @@ def test_what_is_rigid_is_infinite():
     body = Body("b", np.arange(13), np.zeros(3), np.array([1.0, 0, 0, 0]), 4.0, np.diag([6.0, 6.0, 4.0]))  # arms 1/2
     rigid = np.array([[-0.6, 0.0, 0.0, 1e-9, 0.8, 0.0]]).T
     K = np.diag([100.0, 200.0, 300.0, 400.0, 500.0, 600.0])
-    data = linear_record._of_bodies(SimpleNamespace(bodies=[body], rigid=[rigid], mooring=K, hull=2 * K))
+    both = np.block([[K, np.full((6, 6), 7.0)], [np.full((6, 6), 8.0), 10 * K]])
+    free = np.zeros((6, 0))
+    found = SimpleNamespace(bodies=[body, body], rigid=[rigid, free], mooring=both, hull=2 * both)
+    data = linear_record._of_bodies(found)
+    np.testing.assert_array_equal(data["mooring"][1][1], 10 * K)
+    assert np.isnan(data["rigid"][1][1]).all()
+    np.testing.assert_allclose(data["mooring_eigenvalue"][1][1], 10 * np.sort([100, 200, 300, 100, 125, 150]))
     total, hull, mooring = (data[name][1][0] for name in ("total", "hull", "mooring"))
     np.testing.assert_array_equal(hull, 2 * K)
     expected = np.zeros((6, 6))
