@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_up import RECORD, SCENE
+from matplotlib.figure import Figure
 from test_figures_read_back import swept
 from test_numbers_shown import made_up_offsets
 
@@ -18,7 +19,7 @@ from dolfbuoy.page import result_pages, run_page
 from dolfbuoy.results import frame, linear_figures, linear_record, measured, sample, series
 from dolfbuoy.results.criteria import verdicts
 from dolfbuoy.results.devices import winches_of
-from dolfbuoy.results.draw3d import _ticks
+from dolfbuoy.results.draw3d import _ticks, equal_scale, sheet
 from dolfbuoy.results.elasticities import columns_of_run
 from dolfbuoy.results.quantities import QUANTITIES, chosen, declared, over, shown_in
 from dolfbuoy.results.quantity import Curve, Quantity
@@ -280,6 +281,29 @@ def test_numbers_on_an_axis_in_space(low, high, longest, lying, upright):
     """Round ones, two on a short axis that lies, at least one; none at the corners."""
     for way, ticks in ((False, lying), (True, upright)):
         np.testing.assert_allclose(_ticks(low, high, longest, way), ticks)
+
+
+def test_the_upright_axis_has_a_number_at_its_top():
+    """The others, which meet there, have not."""
+    axes = Figure().add_axes((0, 0, 1, 1), projection="3d")
+    equal_scale(axes, np.array([[0.0, 0.0, -10.0], [10.0, 10.0, 0.0]]), 14.0, -60.0)
+    ticks = [axis.get_major_locator().locs.tolist() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    assert ticks == [[2, 4, 6, 8], [2, 4, 6, 8], [-8, -6, -4, -2, 0]]
+
+
+def test_a_sheet_has_no_holes():
+    """Whatever way its patches are given, they run the same way for who sees them, each closed."""
+    ring = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])
+    patches = np.stack([ring, ring[::-1] + [3.0, 0.0, 1.0]])
+    for up in (1.0, -1.0):
+        drawn = sheet(patches, np.array([0.0, 0.0, up]), facecolor="red")
+        points = np.array(drawn._segment3d).reshape(2, 5, 3)
+        assert np.array_equal(points[:, 0], points[:, -1])
+        x, y = points[..., 0], points[..., 1]
+        areas = (x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]).sum(axis=1) / 2
+        np.testing.assert_allclose(areas, 2.0 * up)
+        assert points[..., 2].tolist() == [[5.0] * 5, [6.0] * 5]
+        assert (list(drawn._code3d), drawn.get_linewidth()) == ([1, 2, 2, 2, 79] * 2, 0)
 
 
 def test_offsets_over_a_current():

@@ -127,6 +127,17 @@ def test_what_takes_no_time_is_kept_whole(tmp_path):
     folder.refuse_own(tmp_path / "mine", ["other.nc"], "static")
 
 
+def test_a_folder_in_the_place_of_a_file_is_the_users(tmp_path):
+    """A link is not followed: it is the program's if its name is."""
+    folder.begin(tmp_path, "static", SCENE)
+    (tmp_path / "static.nc").symlink_to(tmp_path / "nowhere")
+    assert not folder.holds(tmp_path, "static", SCENE, overwrite=True)
+    (tmp_path / "static.nc").unlink()
+    (tmp_path / "static.nc").mkdir()
+    with pytest.raises(InputError, match=r"static\.nc would be replaced"):
+        folder.holds(tmp_path, "static", SCENE, overwrite=True)
+
+
 @pytest.mark.parametrize(
     ("text", "good"),
     [
