@@ -15,8 +15,8 @@ from test_figures_read_back import swept
 from test_numbers_shown import made_up_offsets
 
 from dolfbuoy import InputError, load_scene
-from dolfbuoy.page import result_pages, run_page
-from dolfbuoy.results import frame, linear_figures, linear_record, measured, sample, series
+from dolfbuoy.page import run_page
+from dolfbuoy.results import frame, linear_figures, linear_record, sample, series
 from dolfbuoy.results.criteria import verdicts
 from dolfbuoy.results.devices import winches_of
 from dolfbuoy.results.draw3d import _ticks, equal_scale, sheet
@@ -73,6 +73,50 @@ def test_errors_are_declared_beside_their_quantities():
     assert [name for name, one in QUANTITIES.items() if one.outputs] == [
         "anchor_use", "anchor_moved", "utilisation", "smallest_tension", "bend_utilisation",
     ]  # fmt: skip
+
+
+def test_of_which_notes_quantities_are_read():
+    """Columns of what is noted of each line, device, vessel and buoy."""
+    sizes = {
+        "bed": 4,
+        "bending": 3,
+        "take_off": 3,
+        "wind": 3,
+        "drift": 3,
+        "joint": 3,
+        "anchor_force": 3,
+        "end_tension": 3,
+    }
+    values = {name: 10.0 * k + np.arange(size) for k, (name, size) in enumerate(sizes.items())}
+
+    class Notes(dict):
+        def each(self, source, size):
+            assert sizes[source] == size
+            return values[source][None]
+
+    plain = (
+        "tension_anchor",
+        "utilisation",
+        "smallest_tension",
+        "touchdown_moment",
+        "bend_utilisation",
+        "place_tension",
+    )
+    noted = Notes({name: np.array([len(name)]) for name in (*plain, "place_tension", "winch")})
+    columns = {
+        "length_on_bed": ("bed", 0), "touchdown": ("bed", slice(1, 4)), "anchor_moment": ("bending", 0),
+        "end_moment": ("bending", 1), "largest_curvature": ("bending", 2), "take_off_length": ("take_off", 0),
+        "take_off_tension": ("take_off", 1), "absorbed_power": ("take_off", 2), "wind_force": ("wind", slice(3)),
+        "drift_force": ("drift", slice(3)), "joint_position": ("joint", slice(3)),
+        "anchor_force": ("anchor_force", slice(3)), "end_tension": ("end_tension", slice(3)),
+    }  # fmt: skip
+    for name, (source, column) in columns.items():
+        np.testing.assert_array_equal(QUANTITIES[name].read(noted), values[source][None, column], err_msg=name)
+    for name in (*plain, "place_tension"):
+        assert QUANTITIES[name].read(noted) == len(name)
+    assert QUANTITIES["winch_length"].read(noted) == len("winch")
+    assert QUANTITIES["min_bend_radius"].read(noted) == 1 / values["bending"][2]
+    assert QUANTITIES["tension_top"].read(noted) == pytest.approx(np.linalg.norm(values["end_tension"]))
 
 
 def test_names_of_series_and_fields():
@@ -314,23 +358,6 @@ def test_offsets_over_a_current():
     np.testing.assert_allclose(left.lines[0].get_xdata(), [0.0, 2000.0, 4000.0])
 
 
-@pytest.mark.parametrize(
-    ("changes", "names"),
-    [
-        ({}, ["tension_top", "tension_anchor", "buoy_position", "cone_angle"]),
-        ({"buoy": None, "wind": None, "external_force": None, "cable.top": {"kind": "free"}}, ["tension_anchor"]),
-        ({"cable": None}, ["buoy_position", "cone_angle"]),
-    ],
-)
-def test_what_is_compared(changes, names):
-    """No tension at tops that are free."""
-    scene = load_scene(SCENE, **changes)
-    assert measured.quantities_of(scene) == names
-    measured.check_quantity(scene, names[-1])
-    with pytest.raises(InputError, match=f"--quantity pitch: this scene has {', '.join(names)}"):
-        measured.check_quantity(scene, "pitch")
-
-
 @pytest.mark.parametrize(("start", "largest"), [(39.9, 6.0), (40.0, 9.0), (99.0, 9.0)])
 def test_criteria_of_less_than_two_instants_are_of_the_whole(start, largest):
     t = RECORD.time.values
@@ -349,12 +376,3 @@ def test_outputs_whose_elasticities_are_shown():
         "tension_top.max of a": [0, 4], "tension_top.max of b": [1, 5], "cone_angle.max": [3, 7],
     }  # fmt: skip
     assert list(columns_of_run(found, True)) == [*list(few)[:2], "offset.mean", "cone_angle.max"]
-
-
-def test_a_page_of_a_sweep_leads_to_its_own_records_only():
-    good = "records/0123456789abcdef0123"
-    places = [good, "records/0123456789abcdef012", "records/../x", "http://a/" + good, good + "4", ""]
-    made = swept([{"a.x": float(k)} for k in range(6)]).assign(record=("case", np.array(places, dtype=object)))
-    assert result_pages.sweep_data(made)["records"] == [good, "", "", "", "", ""]
-    assert "opens its replay" in result_pages.sweep_page(made)
-    assert "opens its replay" not in result_pages.sweep_page(made.drop_vars("record"))

@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from made_up import SCENE
 
-from dolfbuoy import InputError
-from dolfbuoy.results import compare, extremes
+from dolfbuoy import InputError, load_scene
+from dolfbuoy.results import compare, extremes, measured
 
 
 def test_sizes_beyond_what_was_measured():
@@ -54,3 +55,20 @@ def test_crests_of_three_hours():
     assert rayleigh.standard_deviation == pytest.approx(math.sqrt(2 - math.pi / 2), rel=1e-7)
     assert extremes.deviation_uncertainty(8.0, 2.0) == pytest.approx(1.96)
     assert [extremes.components_needed(math.exp(q), 0.01) for q in (2.0, 9.96, 10.04)] == [1, 100, 101]
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ({}, ["tension_top", "tension_anchor", "buoy_position", "cone_angle"]),
+        ({"buoy": None, "wind": None, "external_force": None, "cable.top": {"kind": "free"}}, ["tension_anchor"]),
+        ({"cable": None}, ["buoy_position", "cone_angle"]),
+    ],
+)
+def test_what_is_compared(changes, names):
+    """No tension at tops that are free."""
+    scene = load_scene(SCENE, **changes)
+    assert measured.quantities_of(scene) == names
+    measured.check_quantity(scene, names[-1])
+    with pytest.raises(InputError, match=f"--quantity pitch: this scene has {', '.join(names)}"):
+        measured.check_quantity(scene, "pitch")

@@ -7,6 +7,7 @@ import hashlib
 import json
 import shlex
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -77,7 +78,9 @@ def test_a_run_that_goes_on_keeps_its_files(tmp_path, monkeypatch):
     folder.begin(tmp_path, "run", SCENE)
     folder.enlist(tmp_path, [tmp_path / "page.html"])
     folder.finish(tmp_path, "run")
-    folder.go_on(tmp_path, SCENE)
+    waited = []
+    folder.go_on(tmp_path, SCENE, SimpleNamespace(rank=0, size=1, barrier=lambda: waited.append(listed(tmp_path))))
+    assert [before["run"]["finished"] for before in waited] == [True]  # ranks read the scene until then
     assert listed(tmp_path) == {"run": entry(files=[*FILES, "page.html"])}
     folder.go_on(tmp_path, OTHER)
     assert listed(tmp_path) == {"run": entry(files=[*FILES, "page.html"], scene=folder.digest(OTHER))}

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from made_up import PERIOD, RECORD, SCENE
+from test_figures_read_back import swept
 from test_page import unpacked
 
 from dolfbuoy import InputError, load_scene, show
@@ -335,3 +336,12 @@ def test_parts_of_a_page():
     assert "img-src data:; style-src" in page
     assert ("Colours: auto" in page, "noscript" in page) == (False, False)
     assert "caption" not in html.table(["a"], [])
+
+
+def test_a_page_of_a_sweep_leads_to_its_own_records_only():
+    good = "records/0123456789abcdef0123"
+    places = [good, "records/0123456789abcdef012", "records/../x", "http://a/" + good, good + "4", ""]
+    made = swept([{"a.x": float(k)} for k in range(6)]).assign(record=("case", np.array(places, dtype=object)))
+    assert result_pages.sweep_data(made)["records"] == [good, "", "", "", "", ""]
+    assert "opens its replay" in result_pages.sweep_page(made)
+    assert "opens its replay" not in result_pages.sweep_page(made.drop_vars("record"))
