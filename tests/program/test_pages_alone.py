@@ -199,7 +199,7 @@ def test_bars_in_a_table(share, x, width):
     bar = run_page._bar(share)
     assert (re.search(r'<rect x="([^"]*)"', bar)[1], re.search(r' width="([^"]*)" height="8"', bar)[1]) == (x, width)
     assert bar.startswith('<svg viewBox="0 0 60 10" width="60" height="10"')
-    assert ' y="1" ' in bar
+    assert all(part in bar for part in (' y="1" ', 'fill="currentColor"', 'aria-hidden="true"'))
 
 
 def test_settings_of_a_run():
@@ -228,6 +228,9 @@ def test_settings_of_a_run():
         assert dict(run_page.settings_of(record, scene))["elements"] == said
     begun = dict(run_page.settings_of(record.isel(time=slice(1)), SCENE))
     assert "Newton iterations in a step" not in begun
+    sound = record.copy()
+    sound.attrs = {"unknowns": 345}
+    assert dict(run_page.settings_of(sound, SCENE))["steps that failed and were retried"] == "0"
 
 
 def test_what_the_scheme_leaves_of_free_motions(monkeypatch):

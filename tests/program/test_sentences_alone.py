@@ -110,6 +110,9 @@ def test_a_line_above_its_breaking_load(use, said):
     whole = record.isel(segment=[0]).assign_coords(segment=["c"])
     assert running.rows_of(whole) == [("largest tension over breaking load", f"{use:.4g}", "")]
     assert running.warnings_of(xr.Dataset(), False) == []
+    loaded = RECORD.assign(utilisation=(("time", "segment"), np.full((RECORD.sizes["time"], 1), use)))
+    told = " ".join(summary.warnings(loaded.assign_coords(segment=["cable"]), SCENE))
+    assert ("breaking load: 1 times; here it does not part, see cable.fails_at." in told) == said
 
 
 @pytest.mark.parametrize(("time", "said"), [(1.0, False), (1.01, True), (None, False)])
