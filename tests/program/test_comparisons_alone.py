@@ -26,6 +26,9 @@ def test_sizes_beyond_what_was_measured():
     assert curve(math.sqrt(2)) == pytest.approx(math.sqrt(32))
     assert curve.largest(1.0, [0.5, 1.0, 2.0]) == 1.0
     assert compare.nice_numbers(0.9, 20.0) == [1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8, 10, 12.5, 16, 20]
+    assert compare.nice_numbers(0.3, 1.0) == [0.32, 0.4, 0.5, 0.64, 0.8, 1.0]
+    assert [compare._relative(*pair) for pair in ((3.0, 2.0), (0.0, 0.0), (1e-9, 0.0))] == [1.5, 0.0, math.inf]
+    assert [compare._columns(np.zeros(shape)).shape for shape in ((3,), (3, 2), (3, 2, 4))] == [(3, 1), (3, 2), (3, 8)]
     assert compare.own_error([8.0, 4.0]) == pytest.approx(4.0)  # first order
     assert compare.own_error([64.0, 4.0]) == pytest.approx(4 / 3)  # at most second
     assert compare.own_error([64.0, 4.0], 4.0) == pytest.approx(4 / 15)
