@@ -15,6 +15,8 @@ SWAPS = {
     ast.And: ast.Or, ast.Or: ast.And, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
 }  # fmt: skip
 TWINS = {"min": "max", "sin": "cos", "any": "all", "floor": "ceil", "argmin": "argmax", "minimum": "maximum"}
+#: Functions of which the order of the first two arguments means nothing.
+EVEN = {"min", "max", "minimum", "maximum", "hypot", "inner", "isclose", "array_equal"}
 TWINS |= {other: one for one, other in TWINS.items()}
 
 
@@ -93,10 +95,11 @@ def variants(statement, pick):
             case ast.IfExp():
                 yield node, pick([node.body, node.orelse])
             case ast.Call():
-                if len(node.args) > 1:
+                name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+                if len(node.args) > 1 and name not in EVEN:
                     made.args = [node.args[1], node.args[0], *node.args[2:]]
                     yield node, made
-                if node.keywords:
+                if node.keywords and (name, node.keywords[-1].arg) != ("zip", "strict"):
                     less = copy.copy(node)
                     less.keywords = node.keywords[:-1]
                     yield node, less
