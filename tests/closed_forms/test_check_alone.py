@@ -25,6 +25,19 @@ SEA = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 7.0, "co
 HULL = HullShape(((0.0, 2.0), (2.0, 2.0)))
 
 
+class Ranks:
+    """A communicator of one rank that tells how numbers of ranks would be put together."""
+
+    rank, size = 0, 1
+
+    def __init__(self):
+        self.ways = []
+
+    def allreduce(self, value, op=MPI.SUM):
+        self.ways.append(op)
+        return value
+
+
 def between(low, high, **more):
     """A line that is held at both ends, in 40 m of water of 1000 kg/m^3."""
     cable = LINE | {"from": low, "to": high} | more
@@ -199,9 +212,10 @@ def test_a_light_line_rises_above_its_ends(rise, said):
     dofs, u = np.arange(12).reshape(4, 3), np.zeros(12)
     u[dofs[:, 2]] = z
     light = Fake(line_of_node=np.zeros(4, int), end_dofs=[[dofs[0], dofs[3]]], node_dofs=dofs)
-    problem = Fake(network=scene.network, scene=scene, lines=light, system=Fake(u=u), comm=MPI.COMM_SELF)
+    problem = Fake(network=scene.network, scene=scene, lines=light, system=Fake(u=u), comm=Ranks())
     report = Report([])
     lines._rising(problem, report, 0)
+    assert problem.comm.ways == [MPI.MAX, MPI.MAX]
     weight = 10 * 20 * (1000 * math.pi / 4 * 0.01 - 5)
     floats = f"The cable is lighter than water, by {weight:.4g} N: it floats up, {rise:.3g} m above its ends."
     assert report.warnings == [floats] * said
@@ -233,8 +247,9 @@ def test_a_line_that_hangs_below_where_the_bed_would_be(lowest, weight, length, 
     dofs, u = np.arange(9).reshape(3, 3), np.zeros(9)
     u[dofs[:, 2]] = [-19.0, lowest, 0.0]
     hung = Fake(node_dofs=dofs, line_of_node=np.zeros(3, int), weight_of=lambda k: weight)
-    problem = Fake(network=scene.network, lines=hung, system=Fake(u=u), comm=MPI.COMM_SELF)
+    problem = Fake(network=scene.network, lines=hung, system=Fake(u=u), comm=Ranks())
     lines._hanging(problem, report, 0, 20.0)
+    assert problem.comm.ways == [MPI.MAX]
     assert report.warnings == ([said] if said else [])
 
 
@@ -256,10 +271,11 @@ def test_periods_of_a_taut_line_across(bed, grown, tension, travel):
         line_of_cell=np.zeros(2, int), bed=bed, growth=growth, begins=[100.0], grounded=lambda u, k: Fake(s=5.0)
     )
     taut.cell_ends, taut.mean_tension = np.array([[100.0, 110.0], [110.0, 120.0]]), lambda u: np.full(2, tension)
-    problem = Fake(scene=scene, comm=MPI.COMM_SELF, typical_force=100.0, system=Fake(u=None))
+    problem = Fake(scene=scene, comm=Ranks(), typical_force=100.0, system=Fake(u=None))
     problem.lines = Fake(holder=lambda k: (taut, k))
     report = Report([])
     lines._transverse(problem, report, lines.Line("", [0], scene.network.pieces[0].section, 20.0))
+    assert problem.comm.ways == [MPI.SUM, MPI.MIN]
     expected = {} if travel is None else {f"cable, transverse {n} (taut, fixed ends)": 2 * travel / n for n in (1, 2)}
     assert report.periods == pytest.approx(expected, rel=1e-12)
 
@@ -280,9 +296,10 @@ def test_elements_where_a_line_touches_down(degree, h, length, rows, said):
     ends = np.array([[100.0, 100.0 + h], [100.0 + h, 100.0 + h + 9.0], [0.0, 99.0]])
     touching = Fake(cell_ends=ends, begins=[0.0, 100.0], line_of_cell=np.array([1, 1, 0]))
     section = Fake(elements=8, position_degree=degree, axial_stiffness=1e6, length=length)
-    problem = Fake(lines=touching, comm=MPI.COMM_SELF, network=Fake(pieces=[None, Fake(section=section)]))
+    problem = Fake(lines=touching, comm=Ranks(), network=Fake(pieces=[None, Fake(section=section)]))
     report = Report([])
     lines._touchdown_elements(problem, report, 1, h / 2, 10.0)
+    assert problem.comm.ways == [MPI.MAX]
     assert len(report.numbers) == rows
     assert [sentence[-len(said or "") :] for sentence in report.warnings] == ([said] if said else [])
     for name, number, unit, _ in report.numbers:
@@ -300,3 +317,35 @@ def test_materials_make_parts_of_a_cable():
     ]
     network = load_scene({"cable": cable | {"segments": segments[:2]}}).network
     assert [(one.name, one.pieces, one.length) for one in lines.lines_of(network)] == [("", [0, 1], 17.0)]
+
+
+@pytest.mark.parametrize(
+    ("dry", "may", "rows", "said"),
+    [
+        (True, ["a"], [("a", 4.0), ("b", 2.0)], []),  # of b it is so, whatever it may
+        (True, [], [("a", 4.0), ("b", 2.0)], []),
+        (False, ["a"], [], ["4 m of a are above the water, ", "2 m of b are above the water, "]),
+    ],
+)
+def test_what_is_out_of_the_water(monkeypatch, dry, may, rows, said):
+    """Of elements that cross the surface the part above it, of a line that lies in it nothing."""
+    ends = [{"name": "a", "from": [0, 0, -9.0], "to": [9, 0, 0]}, {"name": "b", "from": [0, 0, -9.0], "to": [-9, 0, 0]}]
+    sea = {"sea": {"depth": 40.0}}
+    scene = load_scene(sea | {"cable": [{**LINE, **end} for end in ends]})
+    z = np.array([-1.0, 3.0, 1.0, 0.0, 0.0, -2.0, 2.0, -5.0])  # 3/4 of 4 m and 1 m of a; half of 4 m of b
+    u = np.zeros(24)
+    u[2::3] = z
+    cells = np.array([[0, 1], [2, 3], [3, 4], [5, 6], [5, 7]])
+    monkeypatch.setattr(lines, "compat", Fake(cell_dofs=lambda positions: np.column_stack([cells, cells[:, :1]])))
+    monkeypatch.setattr(lines, "surfacing", lambda scene: may)
+    monkeypatch.setattr(lines, "called_by", lambda scene, where: ["wet"] * (dry and where == "line_wet"))
+    group = Fake(positions=None, part=Fake(slice=slice(None)), node_dofs=np.arange(24).reshape(8, 3))
+    group.pieces, group.line_of_cell = [Fake(cable=0), Fake(cable=1)], np.array([0, 0, 0, 1, 1])
+    group.cell_ends = np.array([[0.0, 4.0], [4.0, 5.0], [5.0, 9.0], [0.0, 4.0], [4.0, 7.0]])
+    problem, report = Fake(network=scene.network, scene=scene, lines=Fake(groups=[group])), Report([])
+    problem.system, problem.comm = Fake(u=u), Ranks()
+    lines._above_water(problem, report)
+    assert problem.comm.ways == [MPI.SUM]
+    above = "dry there, in waves above their surface"
+    assert report.numbers == [(f"equilibrium: length above the water of {name}", x, "m", above) for name, x in rows]
+    assert [sentence[: len(start)] for sentence, start in zip(report.warnings, said, strict=True)] == said
