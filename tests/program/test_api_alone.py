@@ -16,7 +16,7 @@ from chains import CHAIN
 from mpi4py import MPI
 
 from dolfbuoy import api, linear_api, load_scene
-from dolfbuoy.accuracy import companion, target
+from dolfbuoy.accuracy import bars, companion, target
 from dolfbuoy.errors import InputError, NoResult, NotAccurate, SolveError
 from dolfbuoy.motion import corrected
 
@@ -241,6 +241,26 @@ def test_who_follows_the_error_of_the_steps(monkeypatch):
     assert (both.func, both.keywords) == (corrected.Corrected, {"until": 7.0})
 
 
+def test_bars_are_of_a_companion_and_of_those_around_events_that_did_not_fail(monkeypatch):
+    events, record = {(0, 1): "one", (2, 3): SolveError("two")}, {"a": 1}
+    monkeypatch.setattr(api, "Pool", lambda: Fake(clear=lambda: None))
+    monkeypatch.setattr(companion, "companion_of", lambda scene: "coarse")
+    monkeypatch.setattr(companion, "events_of", lambda scene, record: list(events))
+    monkeypatch.setattr(companion, "companion_around", lambda scene, window: events[window])
+    monkeypatch.setattr(api, "_tried", lambda made, comm, pool: made)
+    monkeypatch.setattr(bars, "bars_of", lambda record, scene, coarse, events: (coarse, events))
+    monkeypatch.setattr(api, "_put", lambda record, found, scene, folder: (*found, folder))
+    found = []
+    for accuracy in (None, *({"estimate": word} for word in ("none", "time", "companion", "both"))):
+        scene = load_scene(SCENE, accuracy=accuracy)
+        found.append(api._with_bars(record, scene, "o", ranks()))
+        assert api._with_bars({"bar": 1}, scene, "o", ranks()) == {"bar": 1}
+    assert found == [record, record, (None, {}, "o"), *[("coarse", {(0, 1): "one"}, "o")] * 2]
+    assert (
+        api._with_bars(record, scene, "o", Fake(rank=1, size=2, bcast=lambda x, root: [] if x is None else x)) == record
+    )
+
+
 @pytest.mark.parametrize(("share", "warned"), [(0.05, False), (0.0501, True)])
 def test_a_record_of_steps_that_were_retried(monkeypatch, share, warned):
     unsound = []
@@ -297,7 +317,7 @@ def test_modes_that_have_a_period(monkeypatch, folders, oscillating, number, kin
     monkeypatch.setattr(linear_api, "linearise", lambda *_: Fake(bodies=[], destroy=lambda: freed.append(True)))
     monkeypatch.setattr(linear_api, "lowest_modes", lambda _, count, way: counts.append(count) or every[:count])
     monkeypatch.setattr(linear_api, "dataset_of_modes", lambda _, modes: Fake(modes=modes, attrs={}))
-    dataset = linear_api.modes(SCENE, number, "o", ranks(), oscillating=oscillating)
+    dataset = linear_api.modes(SCENE, number, "o", ranks(), **({"oscillating": True} if oscillating else {}))
     assert ("".join(mode.name for mode in dataset.modes), counts, freed) == (found, asked, [True])
     assert [call[:3] for call in folders.calls] == [("make_ready", "o", "modes"), ("keep", "o", "modes")]
     for wrong in (0, 31):

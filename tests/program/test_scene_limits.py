@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from dolfbuoy.scene import anchors, buoy, cable, fatigue, quantities, sections, vessel, waves
 from dolfbuoy.scene.potential_flow import PotentialFlow
-from dolfbuoy.scene.stiffness import TensionTable
+from dolfbuoy.scene.stiffness import TensionTable, kinks_of, secant
 from dolfbuoy.scene.take_off import TakeOff
 
 HULL = {"hull": [[0.0, 1.0], [2.0, 1.0]], "mass": 300.0}
@@ -249,4 +249,8 @@ def test_a_table_is_the_slope_from_which_it_is_pulled():
     assert both.kinks == [(0.0, 0.2 - 0.5), (5.0, 1.0 - 0.2)]
     assert (both == TensionTable(both.rows), both != above, above == 5.0, above != 5.0) == (True, True, True, False)
     assert hash(both) == hash(TensionTable(both.rows)) != hash(above)
+    assert (kinks_of(both, True), kinks_of(both, False), kinks_of(5.0, False)) == ([], both.kinks, [])
+    below = TensionTable([[-0.9, -9], [-0.5, -1], [0, 0], [1, 2]])
+    assert (kinks_of(below, True), kinks_of(below, False)) == (below.kinks[:1], below.kinks[1:])
+    assert [secant(both, T) for T in (-2.0, 0.0, 5.0, 6.0)] == pytest.approx([2.0, 2.0, 5.0, 3.0], rel=1e-14)
     assert [both.strain(T) for T in (-2.0, 5.0, 6.0)] == pytest.approx([-1.0, 1.0, 2.0], rel=1e-14)
