@@ -267,7 +267,7 @@ class Cable(Section):
             raise Wrong("tension_degree", self.tension_degree, allowed)
         if isinstance(self.elements, list):
             lengths, counts = zip(*self.elements, strict=True) if self.elements else ((), ())
-            if not lengths or min(lengths) <= 0 or min(counts) < 1 or any(n != int(n) for n in counts):
+            if not lengths or any(n != int(n) for n in counts):
                 raise Wrong("elements", self.elements, "must hold [length, number of elements] of each segment")
             if len(counts) > MOST_SEGMENTS:
                 raise Wrong("elements", self.elements, f"must list {MOST_SEGMENTS} segments at most")

@@ -60,8 +60,6 @@ def _section(keys: dict[str, Any], place: str) -> Cable:
         if first["type"] == "missing":
             info = Cable.model_fields[str(first["loc"][0])]
             raise Missing(where, f"{info.description} [{unit_of(info)}]") from None
-        if isinstance(cause, Missing):
-            raise Missing(f"{where}.{cause.key}", cause.why) from None
         if isinstance(cause, Wrong):
             raise Wrong(f"{where}.{cause.key}", cause.value, cause.allowed) from None
         raise Wrong(where, first["input"], first["msg"]) from None
