@@ -349,3 +349,45 @@ def test_what_is_out_of_the_water(monkeypatch, dry, may, rows, said):
     above = "dry there, in waves above their surface"
     assert report.numbers == [(f"equilibrium: length above the water of {name}", x, "m", above) for name, x in rows]
     assert [sentence[: len(start)] for sentence, start in zip(report.warnings, said, strict=True)] == said
+
+
+def test_a_bar_of_a_buoy_is_no_line_and_hides_none():
+    """It has no length to stretch, so that neither weights nor periods of it are told."""
+    hull = {"hull": [[0, 2], [2, 2]], "mass": 500.0, "fairleads": {"a": [0, 0, 0], "b": [1.0, 0, 0]}}
+    bar = LINE | {"name": "bar", "from": "buoy.a", "to": "buoy.b", "length": 1.0, "elements": 1}
+    rope = LINE | {"name": "rope", "from": [0, 0, -20.0], "to": "buoy.a"}
+    scene = load_scene({"gravity": 10.0, "sea": {"depth": 20.0}, "buoy": hull, "cable": [bar, rope]})
+    report = Report([])
+    lines.of_lines(scene, scene.network, report)
+    slowness = math.sqrt(5.0 / 1e5)
+    weight = 10 * (5 - 1025 * math.pi / 4 * 0.01)
+    assert report.numbers == [
+        ("rope: cable weight in water per metre", pytest.approx(weight, rel=1e-12), "N/m", ""),
+        ("rope: cable weight in water", pytest.approx(20 * weight, rel=1e-12), "N", ""),
+        ("rope: explicit step limit of Eq. (24)", pytest.approx(5 / math.sqrt(12) * slowness, rel=1e-12), "s", "C = 1"),
+        ("rope: cable internal damping", 0.0, "N s", "none"),
+    ]
+    assert report.periods == {"rope, first axial (fixed ends)": pytest.approx(40 * slowness, rel=1e-12)}
+
+
+@pytest.mark.parametrize(
+    ("step", "damping", "said"),
+    [(0.028, 0.0, 1), (0.0281, 0.0, 2), (1.0, 3.0, 0)],
+)
+def test_a_snap_of_a_rope(step, damping, said):
+    """An end that stops v pulls by sqrt(EA m) v until the wave is back; a tenth of that time shows its peak."""
+    scene = between([0, 0, -30.0], [9.0, 0, -20.0], slack="tension-only", damping=damping)
+    scene = load_scene(scene, time={"end": 1.0, "step": step})
+    report = Report([])
+    lines._snaps(scene, scene.network.pieces[0].section, 20.0, report)
+    travel = 40 * math.sqrt(5.0 / 1e5)  # 0.283 s
+    assert report.numbers == [
+        ("cable internal damping", damping, "N s", f"c/EA = {damping / 1e5:.4g} s" if damping else "none"),
+        (
+            "pull of a snap at a held end per m/s",
+            pytest.approx(math.sqrt(5e5), rel=1e-12),
+            "N",
+            f"without damping, for {travel:.3g} s at most",
+        ),
+    ]
+    assert len(report.warnings) == said

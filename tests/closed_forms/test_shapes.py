@@ -13,6 +13,7 @@ from every_key import shows
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.check import check
 from dolfbuoy.linear.periods import buoy_periods
+from dolfbuoy.scene import shapes
 from dolfbuoy.scene.cylinder import Cylinder, wave_numbers
 from dolfbuoy.scene.shapes import estimate
 
@@ -131,3 +132,26 @@ def test_what_is_no_shape(change, said):
     with pytest.raises(InputError) as error:
         load_scene(DISC, **change)
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("depth", "center", "water", "stands"),
+    [(100.0, 0.5, 20.0, True), (15.0, 0.5, 15.0, True), (2.03, 0.5, 2.04, True), (100.0, 3.0, 20.0, False)],
+)
+def test_the_cylinder_that_an_estimate_is_of(monkeypatch, depth, center, water, stands):
+    """Cut at ten radii or drafts, and a fiftieth of the draft below its bottom; frequencies of what swings so."""
+    radiated = {"surge": (2.0, 0.2), "heave": (3.0, 0.3), "pitch": (4.0, 0.4)}
+    monkeypatch.setattr(shapes, "_radiation", lambda cylinder, motion, *_: radiated[motion])
+    hull = {"hull": [[0.0, 2.0], [4.0, 2.0]], "mass": 2000 * math.pi, "center_of_mass": center, "inertia": [9e3, 5e3]}
+    scene = load_scene(
+        {"gravity": 10.0, "sea": {"depth": depth, "density": 1000.0}, "buoy": hull | {"inertia": [9e3, 5e3]}}
+    )
+    found = shapes.estimate(scene, scene.buoys[0])
+    assert found.cylinder == pytest.approx((1.0, 2.0, water, center - 2.0), rel=1e-9)
+    assert found.draft == pytest.approx(2.0, rel=1e-9)
+    heave = math.sqrt(10 * math.pi / (2 * math.pi + 3))
+    GM = 1.0 + math.pi / 4 / (2 * math.pi) - center
+    assert (GM > 0) == stands
+    pitch = math.sqrt(2 * math.pi * 10 * GM / (9 + 4)) if stands else heave
+    assert (found.heave, found.pitch) == pytest.approx((heave, pitch), rel=1e-9)
+    assert (found.of_surge, *found.of_heave, *found.of_pitch) == pytest.approx((2e3, 3e3, 300, 4e3, 400), rel=1e-9)
