@@ -99,27 +99,25 @@ def test_lengths_and_moments_at_clamps(monkeypatch):
     section = Fake(bending_stiffness=4000.0, length=100.0, elements=2, grading=3.0, position_degree=2)
     clamp = Fake(unit=(1.0, 0.0, 0.0), rotational_stiffness=None)
     ends = [Fake(clamp=None), Fake(kind="fixed", clamp=clamp)]
-    slack, plain = Fake(**vars(section)), Fake(bending_stiffness=0.0)
-    pieces = [
-        Fake(section=plain, cable=0),
-        Fake(section=slack, ends=ends, cable=1),
-        Fake(section=section, ends=ends, cable=2),
-    ]
+    pieces = [Fake(section=section, ends=ends, cable=k) for k in range(3)]
+    pieces[0].section = Fake(bending_stiffness=0.0)
+    pieces[1].ends = [Fake(kind="fixed", clamp=clamp)] * 2  # of which the lower one is slack
     force = 1000.0 * np.array([math.cos(0.5), 0.0, math.sin(0.5)])
     network = Fake(pieces=pieces, name_of="abc".__getitem__, cables=list("abc"))
-    problem = Fake(network=network, typical_force=1e4, end_force=lambda k, i: force * (1e-9 if k == 1 else 1.0))
+    problem = Fake(network=network, typical_force=1e4, end_force=lambda k, i: force * (1.0 if i else 1e-9))
     solved = Fake(note=lambda: None, values=np.full((3, 2), 7.0), utilisation=[0.0, 0.5, 1.001])
     monkeypatch.setattr(bending, "Bending", lambda _: solved)
     report = Report([])
     bending.bent_at_rest(problem, report)
-    moment = 2 * math.sqrt(4e6) * math.sin(0.25)
+    moment, said = 2 * math.sqrt(4e6) * math.sin(0.25), "of a taut line at 28.6 deg; computed 7"
     assert report.numbers == [
-        ("c: bending length sqrt(EI/T)", 2.0, "m", "at the upper end, whose element has 75 m"),
-        (
-            "c: moment at the upper end",
-            pytest.approx(moment, rel=1e-12),
-            "N m",
-            "of a taut line at 28.6 deg; computed 7",
+        *(
+            row
+            for name in "bc"
+            for row in (
+                (f"{name}: bending length sqrt(EI/T)", 2.0, "m", "at the upper end, whose element has 75 m"),
+                (f"{name}: moment at the upper end", pytest.approx(moment, rel=1e-12), "N m", said),
+            )
         ),
         (
             "largest bending stiffness EI",
@@ -130,14 +128,14 @@ def test_lengths_and_moments_at_clamps(monkeypatch):
         ("b: equilibrium: curvature times minimum_bend_radius", 0.5, "", ""),
         ("c: equilibrium: curvature times minimum_bend_radius", 1.001, "", ""),
     ]
-    first, second = report.warnings
+    _, first, second = report.warnings
     assert first.startswith("c: The element at the upper end (75 m) is too long for the bending length 2 m: ")
     assert "with elements of 2 m, by" in first
     assert second == "c: The equilibrium is bent more sharply than minimum_bend_radius allows."
     ends[1].clamp = Fake(unit=(1.0, 0.0, 0.0), rotational_stiffness=5.0)
     report = Report([])
     bending.bent_at_rest(problem, report)
-    assert [name for name, *_ in report.numbers if "moment" in name] == []
+    assert [name for name, *_ in report.numbers if "moment" in name] == ["b: moment at the upper end"]
     for clamp, found in ((Fake(unit=(0.0, 0.6, 0.8)), [0.0, 0.6, 0.8]), (None, [0.0, 0.0, 0.0])):
         ends[1].clamp = clamp
         assert bending.direction_there(problem, 2, 1).tolist() == found
