@@ -4,11 +4,14 @@ Source: the flags of gcc, written by hand; calls of compilers that are made up; 
 """
 
 import errno
+import logging
 import os
+import signal
 import stat
 import subprocess
 import sys
 import zlib
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -114,8 +117,6 @@ def test_the_first_error_is_passed_on(script, said, tmp_path):
     with pytest.raises(InputError) as raised:
         build._run(["sh", "-c", script], tmp_path)
     assert str(raised.value) == f"C code cannot be compiled, dolfbuoy needs a C compiler: {said}."
-    build._run(["sh", "-c", "touch here"], tmp_path)
-    assert (tmp_path / "here").exists()
 
 
 def test_headers_are_those_of_petsc_and_of_the_first_mpi_that_has_one(tmp_path, monkeypatch):
@@ -182,15 +183,16 @@ def test_what_another_process_has_made_meanwhile_is_not_made_again(tmp_path, mon
     assert c_code.kept("lanes", "key", None).exists()
 
 
-def test_the_core_is_made_for_this_processor_and_this_petsc(monkeypatch):
+@pytest.mark.parametrize("arch", [None, "linux"])
+def test_the_core_is_made_for_this_processor_and_this_petsc(arch, monkeypatch):
     """With what petsc4py was built with, and loaded by its name without what interpreters add to it."""
     asked, path, int_bytes = [], Path("/cache/core_1.cpython.so"), c_code.core().ffi.sizeof("PetscInt")
     monkeypatch.setattr(c_code, "kept", lambda name, key, make: make(path) or asked.append(name) or path)
     monkeypatch.setattr(build, "core", lambda *given: asked.append(given))
     monkeypatch.setattr(jit, "load", lambda *given: given)
-    monkeypatch.setattr(c_code.petsc4py, "get_config", lambda: {"PETSC_DIR": "/petsc"})
+    monkeypatch.setattr(c_code.petsc4py, "get_config", lambda: {"PETSC_DIR": "/petsc", "PETSC_ARCH": arch})
     assert c_code.core.__wrapped__() == ("core_1", Path("/cache"))
-    petsc = build.Petsc("/petsc", "", int_bytes, c_code.PETSc.__file__)
+    petsc = build.Petsc("/petsc", arch or "", int_bytes, c_code.PETSc.__file__)
     assert asked == [(path, instructions.best().options, compat.KERNEL_TAKES_DATA, petsc), "core"]
 
 
@@ -298,6 +300,37 @@ def test_one_helper_for_every_other_core_and_step(steps, cores, helpers, monkeyp
     jit._call_helpers()
     jit._call_helpers()
     assert called == [given] * helpers
+
+
+def test_a_helper_is_silent_and_ends_as_it_is_told_to(tmp_path, capfd):
+    """It knows that it is one, takes its steps from the last one on, and goes on where one fails."""
+
+    def told(name, text):
+        with open(tmp_path / "told", "a") as file:
+            file.write(f"{name}: {text}\n")
+
+    def step():
+        os.write(1, b"one")
+        os.write(2, b"two")
+        signals = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+        told("helper", (jit._team.is_helper, os.read(0, 1), signals == (signal.default_int_handler, signal.SIG_DFL)))
+
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        process = jit._helper([partial(told, "first", 1), step, partial(int, "x"), partial(told, "last", 4)])
+        assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert (tmp_path / "told").read_text() == "last: 4\nhelper: (True, b'', True)\nfirst: 1\n"
+    assert capfd.readouterr() == ("", "")
+    assert not jit._team.is_helper
+
+
+def test_the_log_is_as_it_was_after_the_compiler():
+    before = logging.root.manager.disable
+    with jit.quiet_compiler():
+        assert logging.root.manager.disable == logging.INFO
+    assert logging.root.manager.disable == before != logging.INFO
 
 
 # -- the compiler of one process --------------------------------------------------------------------------------------
