@@ -335,8 +335,9 @@ def _rests(record: "xr.Dataset", name: str, part: str) -> bool:
     """True if the series of an output hardly varies."""
     names, parts = record.output.values.astype(str), record.output_of.values.astype(str)
     of_series = {end: (names == f"{name.rpartition('.')[0]}.{end}") & (parts == part) for end in ("std", "mean")}
-    std, mean = (float(record.bar_value.values[of_series[end]].max(initial=0.0)) for end in ("std", "mean"))
-    return std <= MISSED * abs(mean)
+    values = np.abs(record.bar_value.values)
+    std, mean = (float(values[of_series[end]].max(initial=0.0)) for end in ("std", "mean"))
+    return std <= MISSED * mean
 
 
 def _described(search, best, start, low, high):
