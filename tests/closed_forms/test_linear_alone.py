@@ -153,6 +153,36 @@ def test_memory_is_that_of_the_file_where_it_has_frequencies():
     assert Radiated.at_root(made, 2.0 + 3.0j) == [3.0 - 2.0j]
 
 
+def test_memory_over_the_frequencies_of_a_file():
+    """B - i w (A - A_inf), between its frequencies as a cubic."""
+    w = np.linspace(0.5, 3.0, 6)
+    damping, added = (np.outer(x, np.eye(3)).reshape(6, 3, 3) for x in (w**2, 5.0 + w))
+    spline = radiated._over_frequency(Fake(omega=w, damping=damping, added_mass=added, at_once=5.0 * np.eye(3)))
+    np.testing.assert_allclose(spline(1.1), (1.1**2 - 1.1j * 1.1) * np.eye(3), rtol=1e-12)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_each_motion_of_a_buoy_has_the_mode_with_most_of_it(there, monkeypatch):
+    """A tenth at least; with memory modes are followed, but for those of which hardly anything is a buoy's."""
+    shares = {1j: {"a": 0.5, "b": 0.1, "line": 0.4}, 2j: {"a": 0.009, "b": 0.0, "line": 0.9}}
+    shares |= {3j: {"a": 0.2, "b": 0.101, "line": 0.6}, 4j: {"a": 0.01, "b": 0.01, "line": 0.9}}
+    shares |= {9j: {"a": 0.7, "b": 0.0, "line": 0.3}}
+    followed = []
+
+    def follow(root, vector):
+        followed.append(root)
+        return (9j if root == 3j else root), vector + 1, 0.0
+
+    monkeypatch.setattr(periods, "Radiated", lambda found: Fake(there=there, followed=follow))
+    monkeypatch.setattr(periods, "_oscillations", lambda found, once: ((k * 1j, k * 1j) for k in (1, 2, 3, 4)))
+    moving = Fake(shares=lambda vector: shares[9j if vector == 3j + 1 else 1j * vector.imag], names_of=lambda b: [b])
+    found = periods._of_motions(Fake(bodies=["b", "a"]), moving)
+    if there:
+        assert (found, followed) == ({"a": (0.7, 9j, 3j + 1)}, [1j, 3j, 4j])
+    else:
+        assert (list(found.items()), followed) == ([("b", (0.101, 3j, 3j)), ("a", (0.5, 1j, 1j))], [])
+
+
 def oscillator(stiffness, damping, mass, size, rate):
     """One unknown with K(lambda) = size lambda/(lambda + rate); the roots."""
     made = Fake(found=Fake(whole=tuple(csr_matrix([[float(x)]]) for x in (stiffness, damping, mass))))
@@ -339,7 +369,10 @@ def test_quaternions_keep_their_lengths():
     np.testing.assert_allclose(exchange.as_they_were(np.eye(7)), turns, atol=1e-15)
     np.testing.assert_allclose(exchange.exchanged(turns), np.eye(7), atol=1e-15)
     others = [k for k in range(7) if k != 2]
-    np.testing.assert_allclose(M[np.ix_(others, others)], (turns.T @ A @ turns)[np.ix_(others, others)], atol=1e-12)
+    for found in (K, M):
+        np.testing.assert_allclose(
+            found[np.ix_(others, others)], (turns.T @ A @ turns)[np.ix_(others, others)], atol=1e-12
+        )
 
 
 def test_directions_along_a_line_that_leans_or_hangs():
