@@ -213,9 +213,9 @@ def _in_own_frame(network: Network, piece: Piece) -> tuple[Network, Piece, Array
     """The network and the piece as they are in the piece's own frame, and this frame; None: it is the usual one."""
     if np.any(piece.drag):
         own = replace(piece, w=float(np.linalg.norm(piece.load)), drag=ORIGIN)
-        return replace(network, bed=None, surface=None), own, piece.frame
+        return replace(network, bed=None), own, piece.frame
     if network.floats(piece):
-        upside_down = replace(network, bed=Bed(UP, -(network.surface or 0.0)), surface=None)
+        upside_down = replace(network, bed=Bed(UP, -(network.surface or 0.0)))
         return upside_down, replace(piece, w=-piece.w), FLIP
     return None
 
