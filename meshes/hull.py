@@ -108,8 +108,8 @@ class HullShape:
         return float(self.integrate(lambda z, r: np.pi * r**2 * z, draft)) / self.volume(draft)
 
     def waterplane_radius(self, draft):
-        """Radius of the water plane of the upright hull [m]."""
-        inside = np.clip(draft, 1e-9 * self.height, (1 - 1e-9) * self.height)
+        """Radius of the water plane of the upright hull [m]; at a step that of the part below."""
+        inside = np.clip(draft - 1e-9 * self.height, 1e-9 * self.height, (1 - 1e-9) * self.height)
         return float(self.radius(draft, inside)) if 0 <= draft <= self.height else 0.0
 
     def solid_inertia(self):

@@ -358,3 +358,10 @@ def test_stations_that_nearly_coincide_are_a_step():
     np.testing.assert_allclose(thin.radius(np.array([0.5, 1.5]), np.array([0.5, 1.5])), [0.4, 0.25])
     np.testing.assert_allclose(thin.pieces(4), step.pieces(4), atol=1e-14)
     np.testing.assert_allclose(thin.faces(), step.faces(), rtol=1e-14)
+
+
+def test_water_plane_at_the_end_of_a_part():
+    """Where a cylinder goes on as a cone the plane is that of both; at a step it is that of the part below."""
+    hull = HullShape([[0.0, 2.0], [1.0, 2.0], [1.0, 3.0], [2.0, 1.0], [3.0, 1.0]])
+    expected = [(0.0, 1.0), (0.5, 1.0), (1.0, 1.0), (1.5, 1.0), (2.0, 0.5), (3.0, 0.5), (3.1, 0.0), (-0.1, 0.0)]
+    assert [hull.waterplane_radius(draft) for draft, _ in expected] == pytest.approx([r for _, r in expected], abs=1e-9)
