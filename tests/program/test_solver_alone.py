@@ -3,10 +3,12 @@
 Source: the same numbers by hand; made-up solvers that end as they are told to.
 """
 
+import logging
 from types import SimpleNamespace as Fake
 
 import numpy as np
 import pytest
+from dolfinx.mesh import locate_entities_boundary
 from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix, diags
@@ -115,6 +117,35 @@ def test_signatures_are_kept_of_the_latest_kinds(monkeypatch):
     assert [signed("d", 1), signed("e", 2), signed("f", 1)] == ["of a", "of e", "of a"]  # 2 took the place of c
     assert [signed("g", 3), signed("h", 1), signed("i", 2)] == ["of g", "of a", "of i"]
     assert (asked, len(known)) == (["a", "c", "e", "g", "i"], 2)
+
+
+def test_forms_are_compiled_by_one_process_each_and_quietly():
+    """Without options of the current folder; what dolfinx has is in its place again afterwards."""
+    theirs = {(module, name): getattr(module, name) for module, name, _ in compat._OURS}
+    assert len(theirs) == 3
+    with compat._compiler():
+        ours = {(module, name): getattr(module, name) for module, name in theirs}
+        assert all(ours[key] is one for (*key, one), key in zip(compat._OURS, map(tuple, theirs), strict=True))
+        assert not any(ours[key] is theirs[key] for key in theirs)
+        assert logging.root.manager.disable == logging.INFO
+    assert {(module, name): getattr(module, name) for module, name in theirs} == theirs
+
+
+def test_meshes_of_pieces_that_do_not_touch():
+    """Cells from node to node of each piece; tags of cells by where their middles are, of ends by their places."""
+    mesh = compat.interval_mesh(MPI.COMM_SELF, np.array([0.0, 1.0, 3.0]), np.array([4.0, 5.5]))
+    order = np.argsort(compat.cell_ends(mesh)[:, 0])
+    np.testing.assert_allclose(compat.cell_ends(mesh)[order], [[0.0, 1.0], [1.0, 3.0], [4.0, 5.5]])
+    tags = compat.cell_tags(mesh, {7: (0.6, 2.0), 9: (2.0, 9.0)})  # the limits are in none
+    np.testing.assert_array_equal(tags.values[order], [0, 0, 9])
+    ends = compat.end_tags(mesh, 5.5, 0.0, 3.0, 4.0)
+    for tag, place in enumerate((5.5, 0.0, 3.0, 4.0), start=1):
+        (facet,) = locate_entities_boundary(mesh, 0, lambda x, place=place: np.abs(x[0] - place) < 1e-9)
+        assert ends.values[ends.indices == facet].tolist() == [tag]
+    compat.move_vertices(mesh, 2 * compat.cell_coordinates(mesh))
+    np.testing.assert_allclose(compat.cell_ends(mesh)[order], [[0.0, 2.0], [2.0, 6.0], [8.0, 11.0]])
+    points, weights = compat.interval_quadrature(3)
+    assert (points**3 @ weights, len(points)) == (pytest.approx(0.25), 2)
 
 
 # -- Newton's method --------------------------------------------------------------------------------------------------
