@@ -18,6 +18,7 @@ from dolfbuoy.statics.equilibrium import _check_determined, let_turn
 from dolfbuoy.statics.first_shape import SAME, _along, _check_length, _check_place, points_of
 from dolfbuoy.statics.network import Joint, Network, Piece
 from dolfbuoy.statics.network_equations import Equations, _integral_of_one_over_T, _pair, _solved
+from dolfbuoy.statics.offsets import loaded
 from dolfbuoy.statics.on_bed import UP, Bed
 from dolfbuoy.statics.start import _Ball, _drag, _Floating, _overturns, leaves_water
 
@@ -316,6 +317,27 @@ def test_inextensible_cables_that_are_taut_together(lengths, said):
         for k, (length, (low, high)) in enumerate(zip(lengths, ends, strict=False))
     ]
     assert determined({"cable": cables, "joint": [{"name": "J"}]}) == said
+
+
+@pytest.mark.parametrize("stretches", [0, 1])
+def test_cables_that_stretch_may_be_taut(stretches):
+    """One of two is enough."""
+    ends = [([0.0, 0.0, 0.0], "J"), ("J", [3.0, 0.0, 4.0])]
+    cables = [
+        {"name": f"c{k}", "from": low, "to": high, "length": length, "line_density": 1.0, "elements": 2}
+        for k, (length, (low, high)) in enumerate(zip((2.0, 3.0), ends, strict=True))
+    ]
+    cables[stretches]["axial_stiffness"] = 1e5
+    assert determined({"cable": cables, "joint": [{"name": "J"}]}) is None
+
+
+def test_a_current_is_scaled_by_its_speed_at_the_upper_end():
+    """Of a table of three rows the last, and all of them with it."""
+    rows = [[-40.0, 0.1], [-20.0, 0.2], [0.0, 0.8]]
+    scene = load_scene("short", current={"speed": None, "profile": rows})
+    found = loaded(scene, "current", 1.6, 45.0).current
+    np.testing.assert_allclose(found.profile, [[-40.0, 0.2], [-20.0, 0.4], [0.0, 1.6]], rtol=1e-14)
+    assert found.direction_deg == 45.0
 
 
 def test_places_and_lengths_of_first_shapes():

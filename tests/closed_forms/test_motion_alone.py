@@ -47,8 +47,10 @@ def test_a_series_forgets_all_but_the_present():
 
 def test_second_derivatives_at_a_new_start_are_rates_of_rates():
     one, two = Series(np.zeros(3), np.zeros(3)), Series(np.zeros(2), np.array([4.0, 5.0]))
+    one.values, two.values, one.steps_since_start = [np.zeros(3)] * 2, [np.zeros(2)] * 3, 5
     Past.forget(Fake(series=[one, two]))
     np.testing.assert_array_equal(one.second, [4.0, 5.0, 0.0])
+    assert (one.count, two.count, one.steps_since_start) == (1, 1, 0)
 
 
 @pytest.mark.parametrize(

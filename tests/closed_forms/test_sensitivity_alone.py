@@ -57,6 +57,14 @@ def test_distances_of_neighbours(name, key, distance, near, surely):
     assert (found.distance, found.near, found.surely) == (distance, near, surely)
 
 
+def test_scales_of_numbers():
+    """The size of each; 1 of what is 0, and of a vector as a whole."""
+    keys = ["cable.top.position.0", "cable.top.position.1", "cable.top.amplitude", "gravity"]
+    top = {"kind": "prescribed", "position": [-4.0, 0.0, 20.0], "amplitude": [0.0, 0.0, 0.5], "period": 5.0}
+    found = parameters_of(load_scene("driven", **{"cable.top": top}), keys)
+    assert [(p.scale, math.isnan(p.value)) for p in found] == [(4.0, False), (1.0, False), (1.0, True), (9.81, False)]
+
+
 CHAINED = {"length": 50.0, "material": "chain R3 studless 40 mm", "elements": 10}
 CHAINED |= {"top": {"kind": "fixed", "position": [40.0, 0.0, -2.0]}}
 

@@ -13,7 +13,8 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from dolfbuoy import linear_api, load_scene
-from dolfbuoy.linear.layout import MOTION, Body
+from dolfbuoy.linear.drag import _crossing
+from dolfbuoy.linear.layout import MOTION, Body, _inextensible_tensions
 from dolfbuoy.linear.moving import Motions, Moving
 from dolfbuoy.linear.radiated import Radiated, _places
 from dolfbuoy.linear.seaway import Response
@@ -204,3 +205,16 @@ def test_memory_of_two_decays():
     states = fitted(w, K.real[:, None, None], (K.imag / w)[:, None, None], order=2)
     np.testing.assert_allclose(sorted(states.rate, key=lambda rate: rate.real), [-2, -1], rtol=0.02)
     np.testing.assert_allclose(states.at(w)[:, 0, 0], K, atol=0.01 * K.real.max())
+
+
+def test_lengths_that_tensions_of_inextensible_elements_stand_for():
+    """Of several in an element a part of it each; none of elements that stretch."""
+    lines = SimpleNamespace(T_dofs=np.array([[0, 1], [2, 3], [4, 5]]), stretches=np.array([False, True, False]))
+    lines.part, lines.cell_ends = SimpleNamespace(offset=2), np.array([[0.0, 1.0], [1.0, 3.0], [3.0, 9.0]])
+    places, sizes = _inextensible_tensions(lines, 10 * np.arange(8))
+    assert (places.tolist(), sizes.tolist()) == ([20, 30, 60, 70], [0.5, 0.5, 3.0, 3.0])
+
+
+def test_matrix_of_a_cross_product():
+    v, w = np.array([1.0, -2.0, 3.0]), np.array([0.5, 4.0, -1.0])
+    np.testing.assert_array_equal(_crossing(v) @ w, np.cross(v, w))

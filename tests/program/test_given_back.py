@@ -112,6 +112,20 @@ def test_nothing_is_left_of_what_fails(module, name, call, there, monkeypatch):
     assert (len(now), len(every) >= 1) == (0, True)
 
 
+@pytest.mark.parametrize("name", ["driven", "driven-slack"])
+def test_no_object_of_petsc_is_left(name):
+    """Of a system with a law and of one without."""
+    problem = Problem(load_scene(name), dynamic=True, comm=MPI.COMM_SELF)
+    system, newton = problem.system, problem.newton
+    objects = [system.A, system.row_vector, system.unknown_vector, system.numbering.lgmap]
+    objects += [newton.snes, newton.x, newton._f, newton._increment]
+    objects += [system.law._diagonal] if system.law is not None else []
+    assert len(objects) == (9 if name == "driven-slack" else 8)
+    assert all(one.handle for one in objects)
+    problem.destroy()
+    assert not any(one.handle for one in objects)
+
+
 @pytest.mark.parametrize("works", [True, False])
 def test_the_problem_of_the_other_law_is_given_back(works, there, monkeypatch):
     """And its iterations are counted where it works."""
