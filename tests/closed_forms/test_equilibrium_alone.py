@@ -166,6 +166,15 @@ def test_whether_lines_leave_the_water_is_said_by_the_scene(dry):
     assert leaves_water(load_scene("short", **{"sea.dry_above": dry})) is dry
 
 
+def test_what_cannot_be_is_refused_before_anything_is_made(monkeypatch):
+    def refuses(scene):
+        raise InputError("it cannot be")
+
+    monkeypatch.setattr(equilibrium, "check_feasible", refuses)
+    with pytest.raises(InputError, match="it cannot be"):
+        equilibrium.solve_equilibrium(load_scene("short"), MPI.COMM_SELF, None)
+
+
 # -- growth -----------------------------------------------------------------------------------------------------------
 
 

@@ -77,7 +77,7 @@ def test_states_of_series_that_can_be(change, good):
 def test_what_does_not_evolve_has_rates_of_backward_euler():
     past = Past([], np.zeros(0), BackwardEuler())
     past.begin()
-    assert (past.prepare(0.25), past.largest_difference(1)) == (4.0, 0.0)
+    assert (past.order, past.prepare(0.25), past.largest_difference(1)) == (0, 4.0, 0.0)
     past.count_step()
     past.give_up()
 

@@ -377,3 +377,30 @@ def test_light_lines_under_the_surface_are_heavy_ones_on_a_bed():
     assert max(shape[:, 2].min() for shape in over[2:]) > -2.0 - 1e-6
     for mine, other in zip(under, over, strict=True):
         np.testing.assert_allclose(mine, other, atol=1e-5)
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.0, 1e3])
+@pytest.mark.parametrize("turn", [0.5, 1.7])
+def test_shapes_lead_from_end_to_end_at_any_size(size, turn):
+    """Of lines that hang, lie, and hang in a stream, in any direction, with the pull that the network has."""
+    c, s = math.cos(turn), math.sin(turn)
+    rotate = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) * size
+    joints = [
+        Joint(rotate @ [0.0, 0.0, -20.0]),
+        Joint(free=True, load=(0.0, 0.0, 30.0 * size)),
+        Joint(rotate @ [28.0, 3.0, 0.0]),
+        Joint(free=True, load=(0.0, 0.0, -9.0 * size)),
+    ]
+    pieces = [
+        Piece(0, 1, 22.0 * size, 2.0, 1e4 * size),
+        Piece(1, 2, 30.0 * size, 0.5, 1e4 * size),
+        Piece(1, 3, 12.0 * size, 3.0, INF),
+        Piece(3, 0, 26.0 * size, 1.5, 1e4 * size, drag=rotate @ [0.2, 0.3, 0.0] / size),
+        Piece(0, 2, 50.0 * size, 2.0, 1e4 * size),
+    ]
+    rest = solve(Network(joints, pieces, Bed(UP, -20.0 * size)))
+    for piece, shape, ends, pull in zip(pieces, rest.shapes, rest.ends, rest.pulls, strict=True):
+        found = np.concatenate([shape.position(np.array([at])) for at in (0.0, piece.length)])
+        np.testing.assert_allclose(found, ends, atol=1e-6 * piece.length)
+        np.testing.assert_allclose(shape.force(np.zeros(1))[0], pull, atol=1e-5 * size)
+    assert rest.lying[4] > 5 * size

@@ -203,7 +203,8 @@ class Moving:
     """A problem of one unknown whose steps end as they are told to: how far it moves, or None where it fails."""
 
     def __init__(self, monkeypatch, *steps, rest=False):
-        self.told, self.held, self.scales, self.iterations = iter(steps), [], [], 0
+        self.told, self.held, self.scales, self.iterations, self.asked = iter(steps), [], [], 0, []
+        monkeypatch.setattr(damped.interruption, "check", lambda: self.asked.append(0))
         self.system = Fake(u=np.zeros(1))
         self.models = [Fake(hold=lambda at, h: self.held.append((float(at[0]), h)), let_go=lambda: None)]
         self.newton = Fake(set_scales=self.scales.append, solve=self.solve, approach=self.approach)
@@ -234,7 +235,7 @@ def test_a_motion_that_fails_goes_on_in_smaller_steps_from_rest(monkeypatch):
     aims = [0.0, 0.1 + 1.5 * 0.1, 0.3 + 1.5 * 0.2, 0.3, 0.7 + 1.5 * 0.4]
     np.testing.assert_allclose(problem.held, np.column_stack([aims, h]), rtol=1e-14)
     np.testing.assert_allclose(problem.scales, [*1 / h, 1.0], rtol=1e-14)
-    assert problem.iterations == 6
+    assert (problem.iterations, len(problem.asked)) == (6, 5)
     plain = Moving(monkeypatch, 0.1, 0.2, 0.3)
     with pytest.raises(SolveError, match="after 3 steps"):
         damped.relax(plain, steps=3)
@@ -257,7 +258,7 @@ def test_large_steps_grow_as_the_speed_falls(monkeypatch):
     # speeds 2, 3, 4.5, 40.5
     h = np.array([0.5, 0.5, 0.5 * 2 / 3, 0.5 * 4 / 9, 0.5 * 2 / 9, 0.5 / 18])
     np.testing.assert_allclose(problem.held, np.column_stack([[0.0, 1.0, 2.5, 4.0, 13.0, 13.0], h]), rtol=1e-14)
-    assert problem.iterations == 3 * 5 + 4
+    assert (problem.iterations, len(problem.asked)) == (3 * 5 + 4, 6)
     resting = Moving(monkeypatch, (1.0, False), (1.0, True), rest=True)
     damped.approach(resting, 0.5, most=4)
     assert (resting.iterations, resting.scales[-1]) == (6, 1.0)
@@ -278,10 +279,11 @@ def test_a_load_is_reached_in_halves_where_newton_fails(monkeypatch):
 
     problem = Fake(system=Fake(u=np.zeros(1)), newton=Fake(solve=solve), set_time=lambda t: None)
     problem.change = lambda size: (asked.append(size), setattr(state, "target", size))
-    monkeypatch.setattr(offsets, "let_turn", lambda problem: None)
+    turned = []
+    monkeypatch.setattr(offsets, "let_turn", lambda problem: turned.append(float(problem.system.u[0])))
     offsets._march(problem, lambda size: size, 0.0, 1.0)
     assert asked == [1.0, 0.5, 0.25, 0.5, 1.0, 0.75, 1.0]
-    assert problem.system.u[0] == 1.0
+    assert (problem.system.u[0], turned) == (1.0, [0.25, 0.5, 0.75, 1.0])
     asked.clear()
     problem.system.u[0] = 0.0
     with pytest.raises(SolveError):

@@ -379,9 +379,11 @@ def test_least_numbers_of_runs(method, least):
 def test_notes_are_the_same_in_parts(monkeypatch):
     """However many instants are noted before quantities are made of them; each step is told."""
     changes = {"time.end": 0.5, "time.step": 0.1, "cable.elements": 4, "time.tolerance": None}
-    scene, told = load_scene("driven", **changes), []
+    scene, told, asked = load_scene("driven", **changes), [], []
+    monkeypatch.setattr(derivatives.interruption, "check", lambda: asked.append(0))
     parameters = parameters_of(scene, ["cable.line_density"])
     whole = derivatives.of_run(scene, parameters, MPI.COMM_SELF, lambda run: told.append(round(run.t, 9)))
     monkeypatch.setattr(derivatives, "ROWS", 2)
     assert derivatives.of_run(scene, parameters, MPI.COMM_SELF).equals(whole)
     np.testing.assert_allclose(told, [0.1, 0.2, 0.3, 0.4, 0.5])
+    assert len(asked) == 10  # whether somebody wants it to end
