@@ -88,6 +88,25 @@ def test_leaps_go_where_differences_lead():
     assert Cycle.missing(cycle) == 0.5
 
 
+def test_a_line_is_bent_by_its_chords():
+    """From its first node on, as long as they are given and along their directions; what hangs on its end follows."""
+    nodes = [[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [3.0, 2.0, 3.0]]
+    rows = np.array([*np.ravel(nodes), 3.0, 2.0, 4.0, 0.5, 9.0])  # three nodes, place and turn of a buoy, a number
+    series, u = Fake(values=[rows, rows + 1.0], rows=[rows]), np.zeros(9 + 4 + 6 + 2)
+    line, buoy, more = (Fake(slice=slice(a, b), size=b - a) for a, b in ((0, 9), (9, 13), (19, 21)))
+    evolutions = [Fake(size=9, part=line), Fake(size=4, part=buoy), Fake(size=1, part=more)]
+    past = Fake(series=[series], evolutions=evolutions, places=[slice(0, 9), slice(9, 13), slice(13, 14)])
+    past.place_of = lambda part: slice(9, 13)
+    problem = Fake(buoys={"buoy": Fake(part=buoy)}, attachments=[Fake(slice=slice(13, 19))])
+    state = Fake(simulation=Fake(past=past, problem=problem, system=Fake(u=u)), _positions=np.array(nodes))
+    state._nodes, before = np.arange(9).reshape(3, 3), [row.copy() for row in series.values]
+    State._bend(state, np.array([0.0, 6.0, 8.0, 2.0, 0.0, 0.0, 5.0, 1.5]))  # directions of any length, then lengths
+    change = np.array([0, 0, 0, -1, 3, 4, -0.5, 3, 4, -0.5, 3, 4, 0, 0])  # to (1, 5, 7) and (2.5, 5, 7)
+    for row, old in zip(series.values, before, strict=True):
+        np.testing.assert_allclose(row - old, change, atol=1e-14)
+    np.testing.assert_allclose(u, [*change[:13], -0.5, 3, 4, 0, 0, 0, 0, 0], atol=1e-14)
+
+
 def test_differences_relative_to_ranges():
     """Of each force to its own, of points to the largest."""
     one = np.array([[1.0, 5.0, 0.0, 0.0], [2.0, 5.0, 1.0, 0.1]])

@@ -13,7 +13,7 @@ from scipy.integrate import quad
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.statics import equilibrium, growth
+from dolfbuoy.statics import equilibrium, growth, ways
 from dolfbuoy.statics.equilibrium import _check_determined, let_turn
 from dolfbuoy.statics.first_shape import SAME, _along, _check_length, _check_place, points_of
 from dolfbuoy.statics.network import Joint, Network, Piece
@@ -268,6 +268,12 @@ def test_a_yaw_is_found_as_what_holds_it_goes_away(monkeypatch):
     monkeypatch.setattr(equilibrium, "relax", fails)
     with pytest.raises(SolveError, match=r"^the yaw and the places of the buoys were not found: it spins$"):
         let_turn(Turning(None))
+
+
+def test_ways_that_suit_buoys_alone():
+    """Nothing is looked for in lines that are not there."""
+    problem = Fake(lines=None, law=None, scene=Fake(current=None), network=Fake(bends=False, pieces=[]))
+    assert [way.name for way in ways.WAYS if way.suits(problem)] == ["newton", "relaxation", "damped motion"]
 
 
 # -- what is refused --------------------------------------------------------------------------------------------------

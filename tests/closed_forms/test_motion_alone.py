@@ -15,7 +15,7 @@ from dolfbuoy.errors import SolveError
 from dolfbuoy.motion import simulation
 from dolfbuoy.motion.consistent import _at_start
 from dolfbuoy.motion.history import Past
-from dolfbuoy.motion.schemes import HELD, BackwardEuler, Predictor, Series, make_scheme, same_step
+from dolfbuoy.motion.schemes import HELD, BackwardEuler, GeneralizedAlpha, Predictor, Series, make_scheme, same_step
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.motion.start import _moves
 from dolfbuoy.motion.stepping import AdaptiveControl, JumpControl, StepControl
@@ -93,6 +93,7 @@ def test_a_start_of_newton_from_few_solutions():
     other.restore({"times": [5.0, 4.0], "values": [[1.0], [2.0]]})
     assert (other.times.tolist(), other.values.tolist(), other.count) == ([5.0, 4.0], [[1.0], [2.0]], 2)
     assert (Predictor().points, make_scheme("generalized-alpha").alpha_f) == (3, 1 / 1.8)
+    assert (GeneralizedAlpha().alpha_f, make_scheme("generalized-alpha", 0.0).alpha_f) == (1 / 1.8, 1.0)
 
 
 def test_rates_and_values_at_the_start_from_three_steps():
@@ -217,6 +218,12 @@ def test_local_errors_over_what_is_allowed(order, constant, allowed):
     assert Simulation._local_error(run) is None
 
 
+def test_quaternions_drift_as_far_as_that_of_any_buoy():
+    memory = [{"quaternion_drift": np.array([x])} for x in (1e-9, 5e-9, 2e-9)]
+    assert Simulation.quaternion_drift.fget(Fake(memory=[{}, *memory])) == 5e-9
+    assert Simulation.quaternion_drift.fget(Fake(memory=[{}])) == 0.0
+
+
 @pytest.mark.parametrize(
     ("time", "ropes", "kind", "smallest", "largest"),
     [
@@ -229,7 +236,8 @@ def test_local_errors_over_what_is_allowed(order, constant, allowed):
 def test_controls_of_steps(time, ropes, kind, smallest, largest):
     given = {"step": 0.1, "end": 30.0, "min_step": None, "max_step": None} | time
     found = Simulation._make_control(Fake(scene=Fake(time=Fake(**given)), ropes=ropes, scheme=Fake(order=2)))
-    assert (type(found), found.step) == (kind, 0.1)
+    assert (type(found), found.step, found.restart) == (kind, 0.1, False)
+    assert (found.accepted, found.rejected, found.failed, found.restarts) == (0, 0, 0, 0)
     assert (found.smallest, found.largest) == (pytest.approx(smallest), pytest.approx(largest))
 
 

@@ -3,6 +3,7 @@
 Source: Morison's formula by hand; arc lengths added up; radii of gyration; damped oscillators; the rules as written.
 """
 
+import inspect
 import math
 from types import SimpleNamespace
 
@@ -13,11 +14,13 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from dolfbuoy import linear_api, load_scene
+from dolfbuoy.linear import periods
 from dolfbuoy.linear.drag import _crossing
 from dolfbuoy.linear.layout import MOTION, Body, _inextensible_tensions
-from dolfbuoy.linear.moving import Motions, Moving
+from dolfbuoy.linear.moving import Motions, Moving, _changes_of_sign
+from dolfbuoy.linear.natural import lowest_modes
 from dolfbuoy.linear.radiated import Radiated, _places
-from dolfbuoy.linear.seaway import Response
+from dolfbuoy.linear.seaway import Response, Seaway, responses
 from dolfbuoy.model.memory_fit import fitted
 from dolfbuoy.results.places import _nodes
 from dolfbuoy.scene.settings import Space
@@ -218,3 +221,22 @@ def test_lengths_that_tensions_of_inextensible_elements_stand_for():
 def test_matrix_of_a_cross_product():
     v, w = np.array([1.0, -2.0, 3.0]), np.array([0.5, 4.0, -1.0])
     np.testing.assert_array_equal(_crossing(v) @ w, np.cross(v, w))
+
+
+def test_half_waves_smaller_than_a_fiftieth_do_not_count():
+    """At the phase of the largest; nothing that moves has none."""
+    small, large = np.array([1.0, -0.019, 0.5]), np.array([1.0, -0.021, 0.5])
+    assert [_changes_of_sign(values * (1 + 2j)) for values in (small, large, np.zeros(3))] == [0, 2, 0]
+
+
+def test_directions_are_from_x_on_unless_they_are_given():
+    for function in (
+        periods.buoy_periods,
+        periods.natural_periods,
+        periods.modes_of_buoys,
+        lowest_modes,
+        Moving,
+        Seaway,
+    ):
+        assert inspect.signature(function).parameters["direction_deg"].default == 0.0
+    assert inspect.signature(responses).parameters["direction_deg"].default == 0.0
