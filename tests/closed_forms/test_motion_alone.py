@@ -15,7 +15,16 @@ from dolfbuoy.errors import SolveError
 from dolfbuoy.motion import simulation
 from dolfbuoy.motion.consistent import _at_start
 from dolfbuoy.motion.history import Past
-from dolfbuoy.motion.schemes import HELD, BackwardEuler, GeneralizedAlpha, Predictor, Series, make_scheme, same_step
+from dolfbuoy.motion.schemes import (
+    BDF2,
+    HELD,
+    BackwardEuler,
+    GeneralizedAlpha,
+    Predictor,
+    Series,
+    make_scheme,
+    same_step,
+)
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.motion.start import _moves
 from dolfbuoy.motion.stepping import AdaptiveControl, JumpControl, StepControl
@@ -43,6 +52,18 @@ def test_a_series_forgets_all_but_the_present():
         assert (series.count, series.values[0][0], series.steps_since_start, series.auxiliary[0]) == (1, 3.0, 0, 7.0)
         found = series.previous_rate[0], series.second[0], series.step
         assert found == ((9.0, 5.0, 0.1) if averaging else (2.0, 0.0, None))
+
+
+@pytest.mark.parametrize(("known", "left"), [(3, 3), (4, 2), (5, 3)])
+def test_rates_of_positions_are_found_anew_where_the_step_shrinks(known, left):
+    """From four positions on; else rates of the old step are carried over.  Of t^2 both are 2 t."""
+    t = -0.05 * np.arange(known)
+    positions, rates = Series(t[:1] ** 2, 2 * t[:1]), Series(-0.1 * np.arange(1), np.full(1, 2.0), True)
+    positions.values, positions.step = t[:, None] ** 2, 0.05  # ready before
+    rates.values, rates.previous_rate, rates.step = -0.2 * np.arange(3)[:, None], 2.0, 0.1
+    BDF2().begin(0.05, rates, positions)
+    assert (rates.count, rates.step) == (left, 0.05)
+    np.testing.assert_allclose(np.ravel(rates.values), 2 * t[:left], atol=1e-12)
 
 
 def test_second_derivatives_at_a_new_start_are_rates_of_rates():

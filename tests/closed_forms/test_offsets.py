@@ -5,6 +5,7 @@ Source: Irvine's catenary with hydrostatics of a cylinder, written here; MoorPy 
 
 import math
 import re
+from types import SimpleNamespace as Fake
 
 import alone
 import numpy as np
@@ -15,9 +16,10 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 import dolfbuoy
-from dolfbuoy import InputError, load_scene
+from dolfbuoy import InputError, SolveError, load_scene
 from dolfbuoy.results.linear_figures import offset_curves
 from dolfbuoy.results.offset_record import sentences
+from dolfbuoy.statics import offsets
 
 RHO, G, DEPTH, D, MASS, Z_C = 1025.0, 9.81, 40.0, 2.0, 2500.0, 0.6
 AREA = math.pi * D**2 / 4
@@ -142,3 +144,32 @@ def test_offsets_from_where_nothing_pulls(call, tmp_path):
     rows = {row[0]: row for line in out.splitlines() if len(row := re.findall(r"-?[\d.]+", line)) == 4}
     assert rows["0"][1:3] == ["1000", f"{x[0, 1]:.5g}"]
     assert rows["180"][1:3] == ["1000", f"{-x[1, 1]:.5g}"]
+
+
+@pytest.mark.parametrize(
+    ("begin", "table", "rubs", "done"),
+    [
+        (1.0, None, False, ["marched"]),
+        (1.0, "growth", False, ["sought", "gone"]),
+        (1.0, None, True, ["sought", "gone"]),
+        (None, None, False, ["sought", "gone"]),
+    ],
+)
+def test_a_rest_is_followed_where_it_is_all_that_there_is_to_find(begin, table, rubs, done, monkeypatch):
+    """Else it is sought anew, and the problem of before given back if there is one."""
+    told = []
+    problem = Fake(
+        lines=Fake(growth=table), scene=Fake(seabed="bed" if rubs else None), destroy=lambda: told.append("gone")
+    )
+    monkeypatch.setattr(offsets, "has_friction", lambda scene, dynamic: rubs)
+    monkeypatch.setattr(offsets, "_march", lambda *given: told.append("marched"))
+    monkeypatch.setattr(offsets, "solve_equilibrium", lambda scene, comm: told.append("sought") or "fresh")
+    found = offsets._follow(problem, lambda size: size, begin, 2.0, None)
+    assert (found, told) == ((problem if done == ["marched"] else "fresh", ""), done)
+
+    def fails(*_):
+        raise SolveError("no rest")
+
+    monkeypatch.setattr(offsets, "solve_equilibrium", fails)
+    monkeypatch.setattr(offsets, "_march", fails)
+    assert offsets._follow(problem, lambda size: size, begin, 2.0, None) == (problem, "no rest")

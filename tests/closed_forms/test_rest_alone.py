@@ -250,13 +250,13 @@ def test_a_motion_ends_with_steps_ten_thousand_times_as_small(monkeypatch):
 
 
 def test_large_steps_grow_as_the_speed_falls(monkeypatch):
-    """Four times as large where solved and four times as small where not; a limit of two for the rest."""
+    """Nine times as large where solved and nine times as small where not; a limit of three for the rest."""
     steps = (1.0, False), (1.5, False), (1.5, False), (9.0, False), (None, None), (0.1, True)
     problem = Moving(monkeypatch, *steps)
     with pytest.raises(SolveError, match="after 6 steps something still moves"):
-        damped.approach(problem, 0.5, steps=6, most=4)
+        damped.approach(problem, 0.5, steps=6, most=4, growth=3.0)
     # speeds 2, 3, 4.5, 40.5
-    h = np.array([0.5, 0.5, 0.5 * 2 / 3, 0.5 * 4 / 9, 0.5 * 2 / 9, 0.5 / 18])
+    h = np.array([0.5, 0.5, 1 / 3, 2 / 9, 2 / 27, 2 / 243])
     np.testing.assert_allclose(problem.held, np.column_stack([[0.0, 1.0, 2.5, 4.0, 13.0, 13.0], h]), rtol=1e-14)
     assert (problem.iterations, len(problem.asked)) == (3 * 5 + 4, 6)
     resting = Moving(monkeypatch, (1.0, False), (1.0, True), rest=True)

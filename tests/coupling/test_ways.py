@@ -17,7 +17,7 @@ import dolfbuoy
 from dolfbuoy import InputError, SolveError, load_scene, simulate, solve_static
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.parallel import interruption
-from dolfbuoy.statics import damped, ways
+from dolfbuoy.statics import damped, start, ways
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 from dolfbuoy.statics.start import closed_form
 
@@ -280,3 +280,30 @@ def test_a_step_that_moves_nothing_is_no_rest():
     problem.system.publish()
     assert not scale.is_rest(problem, farthest=0.0, h=1e-3)
     problem.destroy()
+
+
+@pytest.mark.parametrize("floats", [True, False])
+def test_a_network_without_rest_under_the_surface_is_solved_without_it(floats, monkeypatch):
+    """Once; one that has no surface has no rest then."""
+    seen, solve = [], start.still.solve
+
+    def solved(network):
+        seen.append(network.surface)
+        if network.surface is not None or not floats:
+            raise SolveError("no rest")
+        return solve(network)
+
+    monkeypatch.setattr(start.still, "solve", solved)
+    monkeypatch.setattr(start, "leaves_water", lambda scene: floats)
+    problem = Problem(load_scene("short"), dynamic=False, comm=MPI.COMM_SELF)
+    try:
+        if floats:
+            closed_form(problem)
+            assert seen[:2] == [0.0, None]
+            assert 0.0 not in seen[1:]
+        else:
+            with pytest.raises(SolveError, match="no rest"):
+                closed_form(problem)
+            assert seen == [None]
+    finally:
+        problem.destroy()

@@ -17,6 +17,7 @@ from dolfbuoy.sensitivity import derivatives, parameters
 from dolfbuoy.statics import offsets, righting, ways
 
 HANGING = partial(load_scene, "driven", **{"cable.elements": 4, "time.end": 0.2, "time.step": 0.1})
+FALLING = partial(load_scene, "hanging-chain", **{"cable.elements": 4, "time.end": 0.02, "time.step": 0.01})
 AFLOAT, MOORED = partial(load_scene, "free-buoy"), partial(load_scene, "short", **{"cable.elements": 4})
 
 
@@ -51,6 +52,10 @@ CALLS = {
     "derivatives of a run": (
         lambda: derivatives.of_run(*numbers_of(HANGING(), "cable.line_density"), MPI.COMM_SELF),
         4,
+    ),
+    "derivatives of what moves": (
+        lambda: derivatives.of_run(*numbers_of(FALLING(), "cable.line_density"), MPI.COMM_SELF),
+        6,
     ),
     "derivatives at rest": (
         lambda: derivatives.of_equilibrium(*numbers_of(HANGING(), "cable.line_density"), MPI.COMM_SELF),
