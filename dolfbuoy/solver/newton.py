@@ -78,9 +78,9 @@ class Newton:
     def __init__(
         self,
         system: "System",
-        direct: str = "mumps",
-        options: dict[str, Any] | None = None,
-        keep_jacobian: bool = False,
+        direct: str,
+        options: dict[str, Any] | None,
+        keep_jacobian: bool,
     ) -> None:
         self.system, self.options = system, SolverOptions(options)
         self.iterations_total = self.fallbacks = 0

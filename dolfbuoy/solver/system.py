@@ -45,9 +45,9 @@ class System:
         residuals: list[tuple[Part, Any]],
         blocks: list[Block],
         numbering: Numbering,
-        tolerance: float = 1e-9,
-        law: "TensionOnly | None" = None,
-        noted: Iterable[Any] = (),
+        tolerance: float,
+        law: "TensionOnly | None",
+        noted: Iterable[Any],
         *,
         kind: object,
     ) -> None:
