@@ -25,6 +25,7 @@ from dolfbuoy.model.memory_fit import fitted
 from dolfbuoy.results.places import _nodes
 from dolfbuoy.scene.settings import Space
 from dolfbuoy.solver.quadratic import lowest_pairs
+from dolfbuoy.solver.tension_only import OneSidedRows, TensionOnly
 from dolfbuoy.statics.start import _drag
 from dolfbuoy.studies.accuracy import cheapest
 
@@ -240,3 +241,15 @@ def test_directions_are_from_x_on_unless_they_are_given():
     ):
         assert inspect.signature(function).parameters["direction_deg"].default == 0.0
     assert inspect.signature(responses).parameters["direction_deg"].default == 0.0
+
+
+def test_tensions_that_make_an_element_slack():
+    """By the strain of a newton: elastic, and of half a step's motion; at rest what a table has."""
+    rows, weights, inertia = np.array([3, 5]), np.array([2.0, 4.0]), np.array([0.5, 0.25])
+    law = TensionOnly(OneSidedRows(rows, weights, inertia, np.array([1e-3, 2e-3]), 7.0))
+    law.set_scales(10.0)
+    np.testing.assert_allclose(law.c, [2 * (1e-3 + 0.04), 4 * (2e-3 + 0.08)], rtol=1e-14)
+    law.resize(OneSidedRows(rows, weights, None, 1e-3, np.array([5e-4, 6e-4])))
+    law.set_scales(10.0)
+    np.testing.assert_allclose(law.c, [1e-3, 2.4e-3], rtol=1e-14)
+    assert (law.slack.any(), law.slack_before.any()) == (False, False)
