@@ -11,8 +11,8 @@ import pytest
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
-from dolfbuoy.errors import SolveError
-from dolfbuoy.motion import simulation
+from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.motion import simulation, start
 from dolfbuoy.motion.consistent import _at_start
 from dolfbuoy.motion.history import Past
 from dolfbuoy.motion.schemes import (
@@ -147,6 +147,16 @@ def test_ends_that_move_at_the_start(more, moves):
     top = Top(**{"kind": "prescribed", "position": [1.0, 2.0, 3.0]} | more)
     assert _moves(top, 10.0) is moves
     assert _moves(None, 10.0) is False
+
+
+@pytest.mark.parametrize("check", ["check_feasible", "check_first_shape"])
+def test_starts_that_cannot_be_are_refused_before_anything_is_made(check, monkeypatch):
+    def refuses(scene):
+        raise InputError("it cannot be")
+
+    monkeypatch.setattr(start, check, refuses)
+    with pytest.raises(InputError, match="it cannot be"):
+        start.initial_state(load_scene("hanging-chain"), MPI.COMM_SELF, None)
 
 
 # -- steps ------------------------------------------------------------------------------------------------------------
