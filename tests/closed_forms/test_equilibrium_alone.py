@@ -197,6 +197,11 @@ def test_growth_settles_by_aitkens_rule(monkeypatch):
     np.testing.assert_allclose(gone, [1.0, 1 / 1.5], rtol=1e-12)
     np.testing.assert_array_equal(rests, [np.zeros(2)])
     gone.clear()
+    slope[0] = np.array([-0.5, 0.2])  # ways (3, 2.4) and (-1.5, 0.48), which turn by (-4.5, -1.92)
+    growth.settle(problem, lambda: None)
+    np.testing.assert_allclose(gone[:2], [1.0, (3 * 4.5 + 2.4 * 1.92) / (4.5**2 + 1.92**2)], rtol=1e-12)
+    np.testing.assert_allclose(table.factors, goal, rtol=1e-8)
+    gone.clear()
     slope[0] = 0.6
     monkeypatch.setattr(growth, "ROUNDS", 3)
     with pytest.raises(SolveError, match=r"do not come to agree .* in 3 rounds"):
