@@ -173,3 +173,30 @@ def test_a_rest_is_followed_where_it_is_all_that_there_is_to_find(begin, table, 
     monkeypatch.setattr(offsets, "solve_equilibrium", fails)
     monkeypatch.setattr(offsets, "_march", fails)
     assert offsets._follow(problem, lambda size: size, begin, 2.0, None) == (problem, "no rest")
+
+
+def test_rests_go_from_size_to_size_in_each_direction(monkeypatch):
+    """From what was reached last; anew after one that was not found, whose reason stands in the place of a problem."""
+    asked, gone = [], []
+    problem = Fake(destroy=lambda: gone.append("destroyed"))
+
+    def follow(before, scene_of, start, end, comm):
+        scene = scene_of(end)
+        force = scene.network.buoys["buoy"].external_force.force
+        asked.append((before is problem, start, end, scene.waves, [round(x, 9) for x in force]))
+        return problem, "no rest" if end == 2.0 else ""
+
+    monkeypatch.setattr(offsets, "_follow", follow)
+    scene = load_scene("short", external_force=None)
+    found = list(offsets.rests(scene, "force", [1.0, 2.0, 3.0, 4.0], [0.0, 90.0], MPI.COMM_SELF, ["buoy"]))
+    steps = [(None, 1.0), (1.0, 2.0), (None, 3.0), (3.0, 4.0)]
+    pulls = [lambda x: [x, 0.0, 0.0], lambda x: [0.0, x, 0.0]]
+    assert asked == [(k + i > 0, a, b, None, pulls[k](b)) for k in (0, 1) for i, (a, b) in enumerate(steps)]
+    rest = offsets.Rest
+    expected = [
+        rest(0.0, size, None if size == 2.0 else problem, "no rest" if size == 2.0 else "") for _, size in steps
+    ]
+    assert found == [*expected, *(one._replace(direction=90.0) for one in expected)]
+    assert gone == ["destroyed"]
+    with pytest.raises(InputError, match=r"^buoy other: must be one of buoy\.$"):
+        next(offsets.rests(scene, "force", [1.0], [0.0], MPI.COMM_SELF, ["buoy", "other"]))
