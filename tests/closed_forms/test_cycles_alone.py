@@ -161,6 +161,28 @@ def test_where_neighbours_of_a_start_are(given, made, gone, found):
     assert [pytest.approx(x) if x != "run" else x for x in seen[2]] == list(found)
 
 
+@pytest.mark.parametrize(("at_rest", "made"), [(True, []), (False, [-1e-3, 1e-3])])
+def test_derivatives_at_the_start(at_rest, made):
+    """Differences of neighbours over their distance: of unknowns, of what is past and of memory; far ones of what
+    moves, which are given back."""
+    gone = []
+
+    def at(x):
+        memory = [{"a": np.array([[5.0 * x]])}, {"b": np.array([7.0, 1 - x])}]
+        past = Fake(state=lambda: {"0": {"rows": [[3 * x], [1.0]]}, "1": {"rows": [[x, 2 * x]]}})
+        system, problem = Fake(u=np.array([1 + 2 * x, -x])), Fake(destroy=lambda: gone.append(x))
+        return Fake(memory=memory, past=past, system=system, problem=problem)
+
+    pair = Fake(run=Fake(at_rest=at_rest), _at=at, other=at(0.25), near=at(0.75), apart=0.5)
+    pair.memory = [np.zeros(1), np.zeros(2)]
+    rates, (first, second) = Pair.start(pair)
+    np.testing.assert_allclose(rates, [2.0, -1.0], rtol=1e-12)
+    np.testing.assert_allclose(first, [[3.0], [0.0]], atol=1e-12)
+    np.testing.assert_allclose(second, [[1.0, 2.0]], rtol=1e-12)
+    np.testing.assert_allclose(np.concatenate(pair.memory), [5.0, 0.0, -1.0], atol=1e-12)
+    assert gone == made
+
+
 def test_whose_matrix_serves_derivatives():
     """The run's, made in this step with the same elements slack, unless it took too long of late."""
     law = Fake(slack=np.array([True, False]), slack_before=np.array([True, False]))

@@ -14,6 +14,7 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from dolfbuoy import linear_api, load_scene
+from dolfbuoy.errors import InputError
 from dolfbuoy.linear import periods
 from dolfbuoy.linear.drag import _crossing
 from dolfbuoy.linear.layout import MOTION, Body, _inextensible_tensions
@@ -24,8 +25,10 @@ from dolfbuoy.linear.seaway import Response, Seaway, responses
 from dolfbuoy.model.memory_fit import fitted
 from dolfbuoy.results.places import _nodes
 from dolfbuoy.scene.settings import Space
+from dolfbuoy.sensitivity.parameters import _has_neighbours
 from dolfbuoy.solver.quadratic import lowest_pairs
 from dolfbuoy.solver.tension_only import OneSidedRows, TensionOnly
+from dolfbuoy.statics.righting import righting_curve
 from dolfbuoy.statics.start import _drag
 from dolfbuoy.studies.accuracy import cheapest
 
@@ -241,6 +244,16 @@ def test_directions_are_from_x_on_unless_they_are_given():
     ):
         assert inspect.signature(function).parameters["direction_deg"].default == 0.0
     assert inspect.signature(responses).parameters["direction_deg"].default == 0.0
+
+
+@pytest.mark.parametrize(("bad", "there"), [(None, True), (-0.1, False), (0.1, False)])
+def test_numbers_by_which_there_are_derivatives_have_neighbours_on_both_sides(bad, there):
+    def scene_at(scene, x):
+        if x == bad:
+            raise InputError("no scene")
+
+    assert _has_neighbours(None, SimpleNamespace(distance=0.1, scene_at=scene_at)) is there
+    assert inspect.signature(righting_curve).parameters["pull"].default == 0.0
 
 
 def test_tensions_that_make_an_element_slack():
