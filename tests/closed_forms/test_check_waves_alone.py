@@ -73,7 +73,7 @@ def test_how_far_two_are_apart():
 )
 def test_coefficients_of_other_water(monkeypatch, depth, density, given, said):
     """k h from 4 on is deep; 3 % are no other depth or density."""
-    monkeypatch.setattr(potential_flow, "dispersion_wavenumber", lambda period, depth, gravity: 0.16 / 10)
+    monkeypatch.setattr(potential_flow, "dispersion_wavenumber", lambda T, depth, g: (2 * math.pi / T) ** 2 / g)
     flow = Fake(omega=[0.4, 2.0], depth=given, density=1000.0)
     report = Report([])
     scene = Fake(sea=Fake(depth=depth, density=density), gravity=10.0)
