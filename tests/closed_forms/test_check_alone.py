@@ -302,9 +302,9 @@ def test_elements_where_a_line_touches_down(degree, h, length, rows, said):
     assert [sentence[-len(said or "") :] for sentence in report.warnings] == ([said] if said else [])
     for name, number, unit, _ in report.numbers:
         assert (name, number, unit) == ("equilibrium: elements at the touchdown", pytest.approx(h, rel=1e-12), "m")
-    for section.elements, section.axial_stiffness in ((1, math.inf), (1, 1e6), (2, math.inf)):  # the first is a bar
-        lines._touchdown_elements(problem, report, 1, h / 2, 10.0)
-    assert len(report.numbers) == rows * (3 if degree == 1 else 4)
+    section.elements, section.axial_stiffness = 1, math.inf
+    lines._touchdown_elements(problem, report, 1, h / 2, 10.0)
+    assert len(report.numbers) == rows * (1 if degree == 1 else 2)  # of degree 1 it is a bar
 
 
 def test_materials_make_parts_of_a_cable():
