@@ -13,6 +13,8 @@ from .linearisation import Linearisation
 ALONG, IN_PLANE, OUT_OF_PLANE, ACROSS = "axial", "in plane", "out of plane", "transverse"
 #: The second motion of a mode is named from this part of the energy on.
 NAMED = 0.25
+#: Relative difference up to which two displacements of a mode, or two shares, are equal.
+EQUAL = 1e-6
 #: Displacements below this part of the largest do not count as half waves.
 LEAST_WAVE = 0.02
 
@@ -26,10 +28,11 @@ class Moving:
         self.axes = axes_along(direction_deg)
 
     def sized(self, x: NDArray[Any]) -> NDArray[Any]:
-        """The vector with its largest displacement 1 m, or turn 1 rad, and real there."""
+        """The vector with its largest displacement 1 m, or turn 1 rad, and real there: of equal ones with the first."""
         changes = [body.motion(x) for body in self.bodies] + [line.moved(x).ravel() for line in self.lines]
         changes = np.concatenate(changes)
-        return np.asarray(x / changes[np.abs(changes).argmax()])
+        sizes = np.abs(changes)
+        return np.asarray(x / changes[(sizes >= (1 - EQUAL) * sizes.max()).argmax()])
 
     def motions(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Displacements and turns, at the radius of gyration [m], of all buoys (6 b, k) in columns of all unknowns."""
@@ -120,8 +123,11 @@ def _changes_of_sign(values: NDArray[Any]) -> int:
 
 
 def named(shares: dict[str, float], half_waves: dict[str, int]) -> str:
-    """The largest share, and the second if it is large too, lines with their number of half waves."""
-    first, *others = sorted(shares, key=lambda name: shares[name], reverse=True)
+    """The largest share, and the second if it is large too, lines with their number of half waves.
+
+    Of equal shares, as legs of a symmetric mooring have, the first comes first, whatever the rounding.
+    """
+    first, *others = sorted(shares, key=lambda name: -round(shares[name] / EQUAL))
     names = [first] + [name for name in others[:1] if shares[name] >= NAMED]
     return " + ".join(f"{name} {half_waves[name]}" if name in half_waves else name for name in names)
 

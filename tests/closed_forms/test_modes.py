@@ -4,6 +4,7 @@ Source: closed forms and exact linearised catenaries of tests/reference (mpmath,
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from scipy.sparse import csr_matrix
 
 from dolfbuoy import load_scene
 from dolfbuoy.linear.linearisation import linearise
+from dolfbuoy.linear.moving import Moving, named
 from dolfbuoy.linear.natural import lowest_modes
 from dolfbuoy.solver.quadratic import Quadratic
 from dolfbuoy.statics import catenary
@@ -208,3 +210,15 @@ def test_backward_errors_of_pairs_by_hand():
     sizes = np.linalg.norm(K) + abs(root) * np.linalg.norm(E) + abs(root) ** 2 * np.linalg.norm(M)
     expected = np.linalg.norm((K + root * E + root**2 * M) @ x) / (sizes * np.linalg.norm(x))
     assert problem.residuals(np.array([root]), x) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("more", [-3e-9, 0.0, 3e-9])
+def test_names_and_sizes_of_symmetric_modes_do_not_hang_on_rounding(more):
+    """Of two legs that move alike the first is named first, and is 1 where it moves most."""
+    assert named({"north": 0.5 + more, "south": 0.5 - more}, {"north": 2}) == "north 2 + south"
+    assert named({"north": 0.49, "south": 0.51}, {}) == "south + north"
+    ends = SimpleNamespace(moved=lambda x: x[:, None])
+    moving = SimpleNamespace(bodies=[], lines=[ends])
+    x = np.array([0.1, -2 * (1 + more), 2 * (1 - more), 1.0])
+    assert Moving.sized(moving, x) == pytest.approx([-0.05, 1.0, -1.0, -0.5], rel=1e-8)
+    assert Moving.sized(moving, np.array([1.0, -1.01])) == pytest.approx([-1 / 1.01, 1.0])
