@@ -357,3 +357,17 @@ def test_motion_of_a_body_from_its_numbers():
     expected = [1, 2, 3], q4, [2, -1, 3], omega
     for one, other in zip(found, expected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-14)
+
+
+def test_only_buoys_on_lines_can_be_driven():
+    """Of two floats the one to which a line is tied, not the one that a take-off holds."""
+    rope = {**ROPE, "diameter": 0.02, "from": [0.0, 0.0, -15.0], "to": "tied"}
+    floats = [{**FLOAT, "name": "tied"}, {**FLOAT, "name": "loose"}]
+    device = {"from": [9.0, 0.0, -15.0], "to": "loose", "stiffness": 500.0, "length": 1.0}
+    scene = {"sea": {"depth": 15.0}, "cable": rope, "buoy": floats, "take_off": device, "time": TIME}
+    network = load_scene(scene).network
+    assert "tied" in names.drivable(network)
+    assert "loose" not in names.drivable(network)
+    names.check_body(network, "tied")
+    with pytest.raises(InputError, match="driven = 'loose': no line hangs on it"):
+        names.check_body(network, "loose")
