@@ -12,7 +12,7 @@ from test_kinematics import scene_of
 
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.forms import sea
-from dolfbuoy.model.airy import AirySum, stream_wave
+from dolfbuoy.model.airy import AirySum, propagation, stream_wave
 from dolfbuoy.model.kinematics import Kinematics
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.sea import wavenumber
@@ -91,6 +91,18 @@ def test_given_by_its_length():
             load_scene({"sea": {"depth": 20.0}, "buoy": hull, "waves": waves | wrong})
     with pytest.raises(InputError, match="of the height at which a wave of 30 m breaks"):
         load_scene({"sea": {"depth": 20.0}, "buoy": hull, "waves": waves | {"wavelength": 30.0}})
+
+
+@pytest.mark.parametrize("seen", ["water", "ground"])
+@pytest.mark.parametrize(("direction", "along"), [(180.0, -1.0), (60.0, 0.5)])
+def test_frequencies_of_a_steep_wave_in_a_current(seen, direction, along):
+    """omega = sigma + k . U; the one that is given is that of the period."""
+    scene = steep(3.0, 8.0, period_seen_from=seen)
+    scene = type(scene)(**scene.to_dict() | {"current": {"speed": 1.0, "direction_deg": direction}})
+    found = propagation(scene, 8.0, 0.0)
+    given = found.in_water if seen == "water" else found.at_ground
+    assert given == pytest.approx(2 * math.pi / 8, rel=1e-12)
+    assert found.at_ground - found.in_water == pytest.approx(along * found.wavenumber, rel=1e-8)
 
 
 def test_in_a_current():

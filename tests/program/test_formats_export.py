@@ -319,3 +319,15 @@ def test_moordyn_runs_what_is_exported():
     assert high - low == pytest.approx(12.0 * 9.79 * 20.0, rel=1e-4)
     assert (high + low) / 2 == pytest.approx(1e5 * 0.5 / 20.0, rel=1e-9)
     assert found.t[-1] == pytest.approx(10.0, abs=0.05)
+
+
+def test_a_line_without_a_diameter_and_without_an_area():
+    """In air nothing asks for one: a thin line without drag, not one of a metre."""
+    rope = {
+        key: value for key, value in ROPE.items() if key in ("length", "line_density", "axial_stiffness", "elements")
+    }
+    scene = {"gravity": 9.8, "cable": rope | {"from": [0.0, 0.0, 5.0], "to": [3.0, 0.0, 6.0]}}
+    text = export(load_scene(scene), Start({}, {})).files["lines.txt"]
+    (row,) = (line.split() for line in text.splitlines() if line.startswith("type1"))
+    assert [float(word) for word in row[1:3]] == [1e-3, ROPE["line_density"]]
+    assert [float(word) for word in row[6:10]] == [0.0, 0.0, 0.0, 0.0]
