@@ -18,6 +18,7 @@ from test_page import unpacked
 from dolfbuoy import InputError, load_scene, show
 from dolfbuoy.errors import SolveError
 from dolfbuoy.page import html, report, result_pages, run_page, series, view
+from dolfbuoy.page.series import Line
 from dolfbuoy.results import folder as folders
 from dolfbuoy.results.criteria import Verdict
 from dolfbuoy.results.frame import Frames
@@ -165,13 +166,13 @@ def test_rows_that_fit(monkeypatch):
 @pytest.mark.parametrize(("far", "apart"), [(3.0, False), (3.01, True)])
 def test_curves_share_an_axis_where_they_can_be_told_apart(far, apart):
     """Together three times as high as the widest of the first at most."""
-    near = [("roll", np.array([0.0, 1.0])), ("pitch", np.array([0.5, 0.6]))]
-    every = [*near, ("yaw", np.array([far - 0.2, far]))]
+    near = [Line("roll", np.array([0.0, 1.0])), Line("pitch", np.array([0.5, 0.6]))]
+    every = [*near, Line("yaw", np.array([far - 0.2, far]))]
     panels = series._split("angle", "deg", every)
     assert panels == (
         [("angle", "deg", 1.0, near), ("yaw", "deg", 1.0, every[2:])] if apart else [("angle", "deg", 1.0, every)]
     )
-    both = [("x", np.array([0.0, 1.0])), ("y", np.array([far - 0.2, far]))]
+    both = [Line("x", np.array([0.0, 1.0])), Line("y", np.array([far - 0.2, far]))]
     panels = series._split("horizontal position of C", "m", both)
     assert [title for title, *_ in panels] == (["x of C", "y of C"] if apart else ["horizontal position of C"])
     assert [title for title, *_ in series._split("height", "m", both)] == ["height"]
@@ -182,7 +183,7 @@ def test_places_whose_tension_varies_most():
     names = np.array([f"line.{k} at {10 * k} m" for k in range(7)] + ["line at touchdown"])
     sizes = np.array([5.0, 1.0, 7.0, 2.0, 2.0, 8.0, 9.0, 3.0])
     values = np.array([[0.0], [1.0]]) * sizes
-    found = dict(series._at_places(names, values))
+    found = {line.name: line.values for line in series._at_places(names, values)}
     assert list(found) == ["0 0 m", "2 20 m", "3 30 m", "5 50 m", "6 60 m", "touchdown"]
     assert [x[1] for x in found.values()] == [5.0, 7.0, 2.0, 8.0, 9.0, 3.0]
 
