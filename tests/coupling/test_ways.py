@@ -287,11 +287,11 @@ def test_a_network_without_rest_under_the_surface_is_solved_without_it(floats, m
     """Once; one that has no surface has no rest then."""
     seen, solve = [], start.still.solve
 
-    def solved(network):
+    def solved(network, near=None):
         seen.append(network.surface)
         if network.surface is not None or not floats:
             raise SolveError("no rest")
-        return solve(network)
+        return solve(network, near)
 
     monkeypatch.setattr(start.still, "solve", solved)
     monkeypatch.setattr(start, "leaves_water", lambda scene: floats)
