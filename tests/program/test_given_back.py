@@ -8,16 +8,29 @@ from functools import partial
 import pytest
 from mpi4py import MPI
 
-from dolfbuoy import load_scene
+from dolfbuoy import Session, load_scene
+from dolfbuoy.coupling import names
 from dolfbuoy.errors import SolveError
 from dolfbuoy.linear import periods, seaway
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion import start, tangent
+from dolfbuoy.results import measured
 from dolfbuoy.sensitivity import derivatives, parameters
 from dolfbuoy.statics import offsets, righting, ways
 
 HANGING = partial(load_scene, "driven", **{"cable.elements": 4, "time.end": 0.2, "time.step": 0.1})
 FALLING = partial(load_scene, "hanging-chain", **{"cable.elements": 4, "time.end": 0.02, "time.step": 0.01})
+JOINED = partial(
+    load_scene,
+    {
+        "joint": [{"name": "Y"}],
+        "cable": [
+            {"name": "a", "from": [0, 0, 0], "to": "Y", "length": 6.0, "line_density": 2.0, "elements": 2},
+            {"name": "b", "from": [8, 0, 0], "to": "Y", "length": 6.0, "line_density": 2.0, "elements": 2},
+        ],
+        "time": {"end": 1.0, "step": 0.1},
+    },
+)
 AFLOAT, MOORED = partial(load_scene, "free-buoy"), partial(load_scene, "short", **{"cable.elements": 4})
 
 
@@ -73,6 +86,9 @@ CALLS = {
         lambda: start.initial_state(MOORED(**{"buoy.initial.buoy_position": [1.0, 0.0, -0.5]}), MPI.COMM_SELF),
         1,
     ),
+    "runs of which a quantity is kept": (lambda: measured.compute(HANGING(), ["tension_top"], repeats=2), 2),
+    "a free joint that is driven": (lambda: names.holding_joints(JOINED(), ["Y"], MPI.COMM_SELF), 1),
+    "a session": (lambda: Session(HANGING(), comm=MPI.COMM_SELF).close(), 1),
 }
 
 
@@ -107,6 +123,9 @@ def test_nothing_is_left_of_neighbours_that_cannot_be_made(there, monkeypatch):
         (periods, "natural_periods", lambda: periods.moored_periods(MOORED())),
         (seaway.Seaway, "wave", lambda: seaway.responses(AFLOAT(), [5.0])),
         (righting, "_lift", lambda: righting.righting_curve(AFLOAT(), [10.0])),
+        (measured, "_look", lambda: measured.compute(HANGING(), ["tension_top"])),
+        (names, "_place_of", lambda: names.holding_joints(JOINED(), ["Y"], MPI.COMM_SELF)),
+        (Session, "_find_required", lambda: Session(HANGING(), comm=MPI.COMM_SELF)),
     ],
 )
 def test_nothing_is_left_of_what_fails(module, name, call, there, monkeypatch):

@@ -393,8 +393,12 @@ def test_the_table_of_offsets(told, tmp_path):
     assert told[1] == ["At 4000 N the watch circle has a radius of 9.25 m about (4, 5)."]
 
 
-def test_sentences_about_offsets():
-    assert offset_record.sentences(made_up_offsets()) == [
+@pytest.mark.parametrize("kind", [bool, "i1", float])
+def test_sentences_about_offsets(kind):
+    """Flags that were read back from a file may be numbers."""
+    made = made_up_offsets()
+    made = made.assign({name: made[name].astype(kind) for name in ("slack", "under", "found")})
+    assert offset_record.sentences(made) == [
         "Towards 0 degrees, at 2000 to 4000 N: some of the line is slack.",
         "Towards 90 degrees, at 4000 N: some of the line is slack.",
         "Towards 200 degrees, at 4000 N: the buoy is drawn under the water.",

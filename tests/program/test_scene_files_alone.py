@@ -177,3 +177,163 @@ def test_matrices_and_forces_in_rows():
     assert potential_flow._places(data, "influenced_dof") == [1, 2, 0]
     with pytest.raises(ValueError, match="influenced_dof lacks Heave"):
         potential_flow._places(data.isel(influenced_dof=[0, 1, 3]), "influenced_dof")
+
+
+# -- coefficients that are refused -------------------------------------------------------------------------------------
+
+
+def coefficients_with(at_once, draft=None, **rows):
+    """Twelve frequencies; surge takes 100 from the motion at each, heave and pitch nothing but what is given at one."""
+    damping = [[100.0, 0.0, 0.0, 0.0] for _ in range(12)]
+    for place, name in enumerate(("surge", "heave", "pitch")):
+        damping[5][place] = rows.get(name, damping[5][place])
+    return {
+        "omega": [float(k) for k in range(1, 13)],
+        "added_mass": [[1.0, 1.0, 1.0, 0.0]] * 12,
+        "added_mass_infinite": [*map(float, at_once), 0.0],
+        "damping": damping,
+        "excitation": [[0.0] * 6] * 12,
+        "height": 0.0,
+        "draft": draft,
+    }
+
+
+@pytest.mark.parametrize(
+    ("at_once", "draft", "dof", "least"),
+    [
+        ((2, 4, 8), None, "surge", -5.0),  # a twentieth of the largest of its own
+        ((2, 4, 8), None, "heave", -0.5),  # a twentieth of a twentieth of surge, by the added masses
+        ((2, -4, 8), None, "heave", -0.5),
+        ((2, 4, 8), None, "pitch", -1.0),
+        ((0, 4, 8), None, "heave", -1.0),  # a hull without an added mass: as if it were 1 kg
+        ((2, 0, 0), None, "heave", -0.05 * 1e-4 * 100),  # rounding of panels
+        ((2, 0, 0), 30.0, "heave", -0.05 * 1e-4 * 100),
+        ((2, 0, 0), 30.0, "pitch", -0.05 * 1e-4 * 100 * 900),
+        ((2, 0, 0), None, "pitch", 0.0),
+    ],
+)
+def test_how_far_below_zero_a_damping_may_be(at_once, draft, dof, least):
+    given = coefficients_with(at_once, draft, **{dof: least * (1 - 1e-9)})
+    assert potential_flow.PotentialFlow.model_validate(given).damping[5]
+    given = coefficients_with(at_once, draft, **{dof: least * (1 + 1e-6) - 1e-12})
+    with pytest.raises(ValueError, match=f"must not be below 0, as that of {dof} is: a hull takes no energy"):
+        potential_flow.PotentialFlow.model_validate(given)
+
+
+@pytest.mark.parametrize("name", ["added_mass", "damping", "excitation", "froude_krylov", "mean_drift"])
+def test_rows_of_coefficients_are_those_of_the_frequencies(name):
+    given = coefficients_with((1, 1, 1))
+    given[name] = [given.get(name, [[0.0] * (16 if name == "mean_drift" else 6)])[0]] * 13
+    with pytest.raises(ValueError, match="must hold a row for each of the 12 frequencies"):
+        potential_flow.PotentialFlow.model_validate(given)
+
+
+def test_the_fault_of_coefficients_in_words(monkeypatch):
+    """As the refusal of a scene, without the sentence's key where it is of the whole; nothing of what is good."""
+    for change, said in (
+        ({}, ""),
+        ({"damping": coefficients_with((2, 4, 8), heave=-1.0)["damping"]}, "damping must not be below 0, as that of"),
+        ({"omega": [2.0, *range(2, 13)]}, "must rise"),
+        ({"omega": [1.0]}, "List should have at least 12 items"),
+    ):
+        monkeypatch.setattr(potential_flow, "_read", lambda data, change=change: coefficients_with((2, 4, 8)) | change)
+        found = potential_flow.fault_of(None)
+        assert found.startswith(said)
+        assert bool(found) == bool(change)
+
+    def none(data):
+        raise ValueError("it has no waves along x")
+
+    monkeypatch.setattr(potential_flow, "_read", none)
+    assert potential_flow.fault_of(None) == "it has no waves along x"
+
+
+# -- what a file of Capytaine holds ------------------------------------------------------------------------------------
+
+
+def of_capytaine(parts=True):
+    """Frequencies in any order, motions of a body that has a name, waves along -x and x, real and imaginary parts."""
+    rng = np.random.default_rng(2)
+    dofs, omega = ["b__Heave", "b__Yaw", "b__Pitch", "b__Surge"], [*np.arange(13.0, 0.0, -1.0), np.inf, 0.0]
+    matrix, force = (
+        ("omega", "radiating_dof", "influenced_dof"),
+        ("complex", "influenced_dof", "omega", "wave_direction"),
+    )
+    names = ("Froude_Krylov_force", "diffraction_force") if parts else ("excitation_force",)
+    data = xr.Dataset(
+        {name: (matrix, rng.uniform(1, 2, (15, 4, 4))) for name in ("added_mass", "radiation_damping")}
+        | {name: (force, rng.normal(size=(2, 4, 15, 2))) for name in names},
+        {"omega": omega, "radiating_dof": dofs, "influenced_dof": dofs[::-1], "wave_direction": [np.pi, 5e-10]},
+    )
+    return data.expand_dims(water_depth=[20.0], rho=[1000.0], g=[9.81])
+
+
+@pytest.mark.parametrize("parts", [True, False])
+def test_the_table_of_a_file(parts):
+    data = of_capytaine(parts).assign_attrs(draft=1.25)
+    data["rotation_center"] = "xyz", [0.0, 1e-6, -0.5]
+    found = potential_flow._read(data)
+    flat = data.squeeze(drop=True).sortby("omega").isel(omega=slice(1, 14))
+
+    def entry(name, mine, caused):
+        return flat[name].sel(influenced_dof=f"b__{mine}", radiating_dof=f"b__{caused}").values
+
+    pairs = [("Surge", "Surge"), ("Heave", "Heave"), ("Pitch", "Pitch")]
+    for key, name in (("added_mass", "added_mass"), ("damping", "radiation_damping")):
+        columns = [entry(name, *pair) for pair in pairs]
+        columns.append((entry(name, "Surge", "Pitch") + entry(name, "Pitch", "Surge")) / 2)
+        np.testing.assert_allclose(found[key], np.transpose(columns), rtol=1e-14)
+    last = data.squeeze(drop=True).sel(omega=np.inf).added_mass
+    surge = last.sel(influenced_dof="b__Surge", radiating_dof="b__Surge").item()
+    assert (found["added_mass_infinite"][0], len(found["added_mass_infinite"])) == (surge, 4)
+
+    def six(name):
+        along = flat[name].isel(wave_direction=1)
+        return np.column_stack(
+            [
+                along.sel(influenced_dof=f"b__{dof}").isel(complex=k)
+                for dof in ("Surge", "Heave", "Pitch")
+                for k in (0, 1)
+            ]
+        )
+
+    whole = six("Froude_Krylov_force") + six("diffraction_force") if parts else six("excitation_force")
+    np.testing.assert_allclose(found["excitation"], whole, rtol=1e-14)
+    assert ("froude_krylov" in found) == parts
+    if parts:
+        np.testing.assert_allclose(found["froude_krylov"], six("Froude_Krylov_force"), rtol=1e-14)
+    assert found["omega"] == [float(k) for k in range(1, 14)]
+    assert [found[name] for name in ("height", "draft", "depth", "density")] == [-0.5, 1.25, 20.0, 1000.0]
+    assert "mean_drift" not in found
+
+
+def test_what_a_file_need_not_say():
+    """Deep water is no depth; the point is in still water, the density that of the sea."""
+    data = of_capytaine().squeeze(drop=True)
+    assert not {"draft", "depth", "density"} & set(potential_flow._read(data))
+    assert potential_flow._read(data)["height"] == 0.0
+    assert "depth" not in potential_flow._read(data.assign_coords(water_depth=np.inf))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda d: d.drop_vars("added_mass"), "^added_mass is missing; Capytaine writes it over omega"),
+        (
+            lambda d: d.drop_vars(["radiation_damping", "diffraction_force"]),
+            "^excitation_force, radiation_damping is missing",
+        ),
+        (lambda d: d.assign_coords(wave_direction=[1.1e-9, 2.0]), "no waves along x"),
+        (lambda d: d.assign(rotation_center=("xyz", [1.1e-6, 0, 0])), "must lie on the axis"),
+        (lambda d: d.assign(rotation_center=("xyz", [0, -1.1e-6, 0])), "must lie on the axis"),
+        (lambda d: d.assign(rotation_center=("two", [0.0, 0.0])), "must lie on the axis"),
+        (lambda d: d.isel(omega=slice(0, 13)), "lacks omega = inf"),
+        (
+            lambda d: d.assign(added_mass=d.added_mass * np.nan, radiation_damping=d.added_mass * np.inf),
+            "those of added_mass and added_mass_infinite and damping are not",
+        ),
+    ],
+)
+def test_files_without_what_they_must_have(change, said):
+    with pytest.raises(ValueError, match=said):
+        potential_flow._read(change(of_capytaine()))

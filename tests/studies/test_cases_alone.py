@@ -289,6 +289,20 @@ def test_cases_that_are_looked_at(monkeypatch):
     assert sweep._looked_at([{"b": "word"}] * 3) == {0, 1, 2}
 
 
+def test_a_sweep_that_kept_no_records_looks_for_none(monkeypatch, tmp_path):
+    """It may have a hundred thousand cases."""
+    plan, written = sweep.plan(CHAIN, ["cable.length=9,10"], None), []
+    monkeypatch.setattr(sweep, "_record_of", lambda folder, case: written.append(case) or "records/x")
+    for name in ("draw", "write_pages"):
+        monkeypatch.setattr(sweep, name, lambda *_: None)
+    monkeypatch.setattr(sweep, "style", SimpleNamespace(save=lambda *_: None))
+    assert "record" not in sweep._written(plan, tmp_path)
+    assert not written
+    (tmp_path / "records").mkdir()
+    assert sweep._written(plan, tmp_path).record.values.tolist() == ["records/x"] * 2
+    assert written == plan.cases
+
+
 def test_the_plan_of_a_sweep():
     """Parts of it, its base by a digest of its own."""
     plan = sweep.plan(CHAIN, ["cable.length=9,10,11"], None, source="chain --set a=1")
