@@ -3,10 +3,15 @@
 Source: the tables that another program reads, by hand.
 """
 
+import platform
+import zipfile
+from contextlib import nullcontext
 from types import SimpleNamespace as Fake
 from xml.etree import ElementTree
 
-from dolfbuoy import load_scene
+import pytest
+
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.coupling import fmu, paths
 
 ROPE = {"length": 16.0, "line_density": 2.0, "axial_stiffness": 1e5, "elements": 3}
@@ -78,3 +83,73 @@ def test_header_of_an_fmu():
     assert lines[6].endswith('", 0};')
     assert lines[7] == 'static const char *const FREE_BUOYS[] = {"\\102\\303\\266\\152\\145", 0};'
     assert lines[8:] == ["static const double STARTS[] = {16.0, 0.1, 0};"]
+
+
+def test_what_an_fmu_says_of_itself():
+    """What it can do, the parameter by which inputs go on, and units by their exponents."""
+    scene, layout = made_fmu()
+    root = ElementTree.fromstring(fmu.description(scene, layout, "floats", "{7}"))
+    assert (root.get("fmiVersion"), root.get("variableNamingConvention")) == ("3.0", "flat")
+    assert root.get("generationTool") == f"dolfbuoy {fmu.__version__}"
+    assert root.find("CoSimulation").attrib == {
+        "modelIdentifier": "floats",
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+        "canHandleVariableCommunicationStepSize": "true",
+    }
+    (parameter,) = root.iter("Int32")
+    assert parameter.attrib.pop("description").startswith("inputs are places at the end of a step (0)")
+    assert parameter.attrib == {
+        "name": "extrapolation", "valueReference": "1", "causality": "parameter", "variability": "tunable",
+        "start": "1", "min": "0", "max": "2",
+    }  # fmt: skip
+    assert {unit.get("name"): unit.find("BaseUnit").attrib for unit in root.iter("Unit")} == {
+        "s": {"s": "1"}, "m": {"m": "1"}, "m/s": {"m": "1", "s": "-1"}, "rad/s": {"rad": "1", "s": "-1"},
+        "N": {"kg": "1", "m": "1", "s": "-2"}, "N.m": {"kg": "1", "m": "2", "s": "-2"},
+    }  # fmt: skip
+    assert {v.get("variability") for v in root.iter("Float64")} == {"continuous"}
+    said = {v.get("name"): v.get("description") for v in root.iter("Float64")}
+    assert [said[n] for n in ("east.winch.length", "one.x", "west.from.fx", "two.load_mz", "two.wz")] == [
+        "unstretched length", "place", "pull of the lines there", "load at C", "motion of C",
+    ]  # fmt: skip
+    assert (said["east.tension_top"], said["west.tension_anchor"]) == ("tension at the top", "tension at the anchor")
+    timeless = scene.model_copy(update={"time": None, "title": ""})
+    root = ElementTree.fromstring(fmu.description(timeless, layout, "floats", "{7}"))
+    assert (root.get("modelName"), root.find("DefaultExperiment")) == ("floats", None)
+
+
+@pytest.mark.parametrize(("file", "name"), [("two floats-1.fmu", "two_floats_1"), ("9.fmu", "scene_9")])
+def test_what_an_fmu_holds(file, name, tmp_path, monkeypatch):
+    """Its library by its name, made with its own header; the scene that it is of."""
+    scene, layout = made_fmu()
+    asked = []
+
+    def build(target, sources, options):
+        (include,) = options
+        asked.append((target.name, sources, (target.parent / "layout.h").read_text()))
+        assert include == f"-I{target.parent}"
+        target.write_bytes(b"library")
+        return target
+
+    sessions = Fake(comm=Fake(size=1))
+    monkeypatch.setattr(fmu, "Session", lambda scene, driven: asked.append(driven) or nullcontext(sessions))
+    monkeypatch.setattr(fmu, "layout_of", lambda session: layout)
+    monkeypatch.setattr(fmu, "build", build)
+    assert fmu.export(scene, tmp_path / file, ["one"]) is layout
+    driven, (library, sources, header) = asked
+    assert (driven, library, sources) == (["one"], f"{name}.so", [fmu.FOLDER / "fmu.c"])
+    with zipfile.ZipFile(tmp_path / file) as made:
+        binary = f"binaries/{platform.machine()}-linux/{name}.so"
+        assert sorted(made.namelist()) == sorted([binary, "modelDescription.xml", "resources/scene.toml"])
+        assert {info.compress_type for info in made.infolist()} == {zipfile.ZIP_DEFLATED}
+        assert made.read(binary) == b"library"
+        assert made.read("resources/scene.toml").decode() == scene.to_toml()
+        root = ElementTree.fromstring(made.read("modelDescription.xml"))
+    token = root.get("instantiationToken")
+    assert header == fmu._header(layout, token)
+    assert (token[0], token[-1], len(token)) == ("{", "}", 38)
+    assert root.find("CoSimulation").get("modelIdentifier") == name
+    sessions.comm.size = 2
+    with pytest.raises(InputError, match="An FMU is made on one rank"):
+        fmu.export(scene, tmp_path / "second.fmu")
+    assert not (tmp_path / "second.fmu").exists()
