@@ -15,7 +15,7 @@ import xarray as xr
 from mpi4py import MPI
 
 from dolfbuoy import InputError, load_scene
-from dolfbuoy.results import folder, frame, summary
+from dolfbuoy.results import folder, frame, offset_record, summary
 from dolfbuoy.results.quantities import QUANTITIES, chosen, shown_in
 from dolfbuoy.scene.lines import Sinker
 
@@ -204,6 +204,76 @@ def test_growth_is_told_where_it_grows():
     ]
 
 
+# -- offsets -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("smallest", "wet", "flags"),
+    [
+        (1e-4 * 500.0, True, (True, True)),  # a ten-thousandth of the typical force is slack
+        (1.001e-4 * 500.0, True, (False, True)),
+        (-3.0, False, (True, False)),
+    ],
+)
+def test_states_of_offsets(monkeypatch, smallest, wet, flags):
+    """Slack, and under water if there is any; what is told besides is not noted twice."""
+    asked = []
+    numbers = {"displaced_mass": np.array([7.0, 8.0]), "tension_top": np.array([1.0]), "offset": np.array([9.0])}
+
+    def made(problem):
+        asked.append("made")
+        return Fake(problem=problem, labels=lambda: {"cable": "a"}, values=lambda ends: {"ends": ends} | numbers)
+
+    monkeypatch.setattr(offset_record, "Observer", made)
+    monkeypatch.setattr(offset_record, "attributes", lambda problem: {"title": "t"})
+    monkeypatch.setattr(offset_record, "is_under", lambda mass, scene, buoy: (mass, buoy) == (8.0, "far"))
+    scene = Fake(sea="sea" if wet else None, network=Fake(buoys={"a": "near", "b": "far"}))
+    problem = Fake(scene=scene, typical_force=500.0, end_forces=lambda: "forces")
+    problem.smallest_tension = lambda of_rods: asked.append(of_rods) or smallest
+    rows = offset_record.Rows("force")
+    for size in (1.0, 2.0):
+        rows.add(Fake(problem=problem, direction=30.0, size=size))
+    rows.add(Fake(problem=None, direction=30.0, size=3.0))
+    assert asked == ["made", False, False]
+    (direction, size, row), _, none = rows._rows
+    assert (direction, size, len(rows), rows.attributes, rows.labels) == (30, 1, 3, {"title": "t"}, {"cable": "a"})
+    assert (row["slack"], row["under"], row["found"], row["smallest_tension"]) == (*flags, True, smallest)
+    assert (row["ends"], "offset" in row, "tension_top" in row) == ("forces", False, True)
+    assert none == (30.0, 3.0, {"found": False, "slack": False, "under": False})
+
+
+def test_a_table_of_offsets():
+    """Over directions and sizes in the order in which they came; along the load, and nan without an equilibrium."""
+    rows = offset_record.Rows("force")
+    rows.attributes, rows.labels = {"title": "t"}, {"buoy": np.array(["b"]), "cable": np.array(["a"])}
+    places = {(0, 10): (4.0, 2.0), (0, 20): (6.0, 2.0), (90, 10): (1.0, 5.0), (90, 20): None}
+    for (direction, size), place in places.items():
+        row = {"found": place is not None, "slack": False, "under": size == 20}
+        if place is not None:
+            row |= {"buoy_position": np.array([[*place, -1.0]]), "tension_top": np.array([size * 7.0])}
+        rows._rows.append((float(direction), float(size), row))
+    made = rows.dataset(np.array([1.0, 2.0, -1.0]))
+    assert made.buoy_position.dims == ("direction", "force", "buoy", "xyz")
+    assert (made.direction.values.tolist(), made.force.values.tolist()) == ([0, 90], [10, 20])
+    assert (made.direction.attrs["units"], made.force.attrs["units"], made.attrs["title"]) == ("degree", "N", "t")
+    np.testing.assert_allclose(made.offset[..., 0], [[3, 5], [3, np.nan]])
+    np.testing.assert_allclose(made.offset_along[..., 0], [[3, 5], [3, np.nan]])
+    np.testing.assert_allclose(made.tension_top[..., 0], [[70, 140], [70, np.nan]])
+    assert made.under.values.tolist() == [[False, True]] * 2
+    assert made.found.values.tolist() == [[True, True], [True, False]]
+    np.testing.assert_allclose(made.watch_radius[..., 0], [np.hypot(3, 3) / 2, np.nan])
+    np.testing.assert_allclose(made.watch_centre[..., 0, :], [[2.5, 3.5], [np.nan, np.nan]])
+    assert made.watch_centre.dims == ("force", "buoy", "xy")
+    assert "offset" not in rows.dataset(None)
+    assert offset_record.sentences(made) == [
+        "Towards 0 degrees, at 20 N: the buoy is drawn under the water.",
+        "Towards 90 degrees, at 20 N: the buoy is drawn under the water.",
+        "Towards 90 degrees, at 20 N: no equilibrium was found.",
+    ]
+    current = made.rename(force="current")
+    assert offset_record.sentences(current)[0] == "Towards 0 degrees, at 20 m/s: the buoy is drawn under the water."
+
+
 # -- folders -----------------------------------------------------------------------------------------------------------
 
 
@@ -273,6 +343,16 @@ def test_a_result_begins_without_the_one_before(tmp_path):
     more = {"finished": True, "requested": folder.digest(load_scene("driven")), "session": True}
     assert folder.remarks(tmp_path, "run") == entry | more
     assert folder.remarks(tmp_path, "modes") == {}
+
+
+def test_a_folder_may_be_a_link(tmp_path):
+    """That the user made: what was written through it goes."""
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    (tmp_path / "real" / "results.nc").touch()
+    (tmp_path / "real" / folder.MANIFEST).write_text(json.dumps({"run": {"files": ["results.nc"]}}))
+    folder.begin(tmp_path / "link", "run", load_scene("short"))
+    assert sorted(path.name for path in (tmp_path / "real").iterdir()) == [folder.MANIFEST, "scene.toml"]
 
 
 def test_a_lock_is_given_back(tmp_path):
