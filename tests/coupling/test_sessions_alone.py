@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from dolfbuoy import InputError
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.coupling import saved, session
 from dolfbuoy.coupling.session import Session
+from dolfbuoy.model.buoy import MOTION
 
 # -- the beginning -----------------------------------------------------------------------------------------------------
 
@@ -123,6 +124,46 @@ def test_loads_that_are_functions(loaded):
     assert (force.stopped, loaded.simulation.system.loads[2:5].tolist()) == (1, [-1, -2, -3])
     Session.load(loaded, "end", one)
     assert loaded._forces["end"].made[2] is None
+
+
+def test_rows_that_are_loaded():
+    """Of a buoy the rows of both momenta; of a joint with a body that body's; else of an end that is on this rank."""
+    rope = {"length": 16.0, "line_density": 2.0, "elements": 3}
+    hull = {"mass": 300.0, "center_of_mass": 0.4, "inertia": [50.0, 70.0], "hull": [[0, 2], [1.6, 2]]}
+    lines = [{"name": "a", "from": [0, 0, 0], "to": "Y"}, {"name": "b", "from": "Y", "to": "Z"}]
+    lines += [{"name": "c", "from": "Z", "to": "float"}, {"name": "d", "from": [9, 0, 0], "top": {"kind": "free"}}]
+    scene = load_scene(
+        {
+            "cable": [rope | line for line in lines],
+            "joint": [{"name": "Y", "mass": 5.0}, {"name": "Z"}],
+            "buoy": hull | {"name": "float"},
+        }
+    )
+    owned = []
+    at = {(k, i): np.array([100 * k + 10 * i + j for j in range(3)]) for k in range(4) for i in (0, 1)}
+    ends = [[at[k, 0], at[k, 1]] for k in range(4)]
+    held = Fake(end_dofs=ends, owns_end=lambda piece, end: owned.append((piece, end)) or True)
+    bodies = Fake(part=Fake(offset=1000), names=["X", "Y"], dofs=np.array([[0, 1, 2], [3, 4, 5]]))
+    buoys = {"float": Fake(part=Fake(slice=slice(2000, 2013)))}
+    problem = Fake(network=scene.network, buoys=buoys, bodies=bodies, lines=held)
+
+    def rows(name, driven=()):
+        count, found = session.names.loaded_rows(problem, name, driven)
+        return count, found.tolist()
+
+    momenta = MOTION.of(np.arange(2000, 2013))
+    assert rows("float") == (6, [*momenta.momentum, *momenta.angular_momentum])
+    assert rows("Y") == (3, [1003, 1004, 1005])
+    assert not owned
+    assert rows("Z") == (3, at[owned[-1]].tolist())
+    assert owned[-1] in ((1, 1), (2, 0))
+    assert rows("d.to") == (3, at[3, 1].tolist())
+    said = r"must be of what moves freely: Y, Z, d.to\."
+    for name in ("float", "a.from", "x"):
+        with pytest.raises(InputError, match=f"load: {name!r} {said}"):
+            rows(name, ["float"])
+    problem.buoys, problem.bodies, held.owns_end = {}, None, lambda piece, end: False
+    assert [rows(name) for name in ("float", "Y", "Z", "d.to")] == [(6, []), (3, []), (3, []), (3, [])]
 
 
 # -- back to an instant ------------------------------------------------------------------------------------------------
