@@ -10,15 +10,18 @@ from types import SimpleNamespace as Fake
 import numpy as np
 import pytest
 import xarray as xr
+from made_up import RECORD, SCENE
 from matplotlib.image import imread
 from mpi4py import MPI
 
-from dolfbuoy import load_scene
-from dolfbuoy.results import bars, devices, lifetime, record, running, style, vessels
+from dolfbuoy import figures, load_scene
+from dolfbuoy.results import bars, devices, lifetime, record, running, style, sweep_figure, vessels
+from dolfbuoy.results.after_ramp import Missing
 from dolfbuoy.results.extremes import Gumbel
 from dolfbuoy.results.observe import Observer
 from dolfbuoy.results.places import Place
 from dolfbuoy.results.sample import Fatigue
+from dolfbuoy.results.statistics import collect
 
 snapshot = importlib.import_module("dolfbuoy.results.snapshot")
 HERE = Fake(size=1, rank=0, allgather=lambda mine: [mine])
@@ -249,6 +252,32 @@ def test_a_picture_has_its_dots(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.b.png", "a.b.svg", "c.png"]
     (tmp_path / "d.png").write_bytes(style.new_figure(2.0, 1.0)._repr_png_())
     assert imread(tmp_path / "d.png").shape[:2] == (150, 300)
+
+
+def test_a_line_that_does_not_bend_has_no_curvatures():
+    straight = RECORD.assign(curvature=0.0 * RECORD.cable_position.isel(xyz=0, drop=True))
+    with pytest.raises(Missing, match="It does not bend"):
+        figures.curvature(straight, SCENE)
+
+
+@pytest.mark.parametrize("count", [200, 201])
+def test_many_cases_are_points(count):
+    """Of their mean and both ends, which are fainter; up to 200 are bars."""
+    numbers = [{"mean": 1.0 * k, "minimum": k - 2.0, "maximum": k + 3.0} for k in range(count)]
+    rows = [
+        {"changes": {"a.x": 0.5 * k}, "status": "done", "criteria": [], "statistics": {"cone_angle of b": one}}
+        for k, one in enumerate(numbers)
+    ]
+    (axes,) = sweep_figure.draw(collect(rows)).axes
+    if count == 200:
+        assert len(axes.containers) == 1
+        return
+    assert not axes.containers
+    middle, low, high = axes.lines
+    for line, shift, size, faint in ((middle, 0, 3, None), (low, -2, 1, 0.4), (high, 3, 1, 0.4)):
+        np.testing.assert_allclose(line.get_data(), [0.5 * np.arange(count), np.arange(count) + shift])
+        assert (line.get_markersize(), line.get_alpha(), line.get_rasterized()) == (size, faint, True)
+        assert line.get_color() == middle.get_color()
 
 
 def test_light_on_patches():
