@@ -11,7 +11,8 @@ import pytest
 import ufl
 from mpi4py import MPI
 
-from dolfbuoy.errors import SolveError
+from dolfbuoy import load_scene
+from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion import periodic
 from dolfbuoy.motion.corrected import Corrected
 from dolfbuoy.motion.energy import _powers, _weight
@@ -35,6 +36,52 @@ from dolfbuoy.motion.tangent import Pair, Tangents
 def test_error_that_a_leap_leaves(change, last, shrunk, error):
     """By how fast leaps or states come to rest, the slower of the two; a hundred changes if neither does."""
     assert Cycle.left(change, last, shrunk) == pytest.approx(error, rel=1e-12)
+
+
+@pytest.mark.parametrize(("step", "steps"), [(0.3, 17), (0.5, 10), (5 / 49, 49), (5 / 49 * (1 - 1e-7), 50), (7.0, 1)])
+def test_whole_steps_make_a_period(step, steps):
+    """As few as are no larger than the scene's, but for rounding; of all else nothing changes."""
+    scene = load_scene("short", time__step=step)
+    equal = periodic.in_equal_steps(scene)
+    assert equal.time.step == pytest.approx(5.0 / steps, rel=1e-12)
+    assert load_scene(equal, time__step=step) == scene
+
+
+RESTS = {"cable.top.amplitude": None, "cable.top.period": None}
+REGULAR = {"amplitude": 0.5, "period": 5.0}
+WIND = {"speed_10m": 9.0, "area": 1.0, "height": 3.0}
+NOT_ONE = "needs one period that drives all, of regular waves or of an end that is moved"
+STEADY = "is one of steady current, wind and force, which change over time here"
+BY_ENDS = "is none of an end that is towed or follows a record"
+ROWS = [[0.0, 12.0, 0.0, -3.5], [99.0, 12.0, 1.0, -3.5]]
+TIDES = [[0.0, 1.0, 0.0], [99.0, 0.5, 0.0]]
+PUSHED = [[0.0, 1.0, 0.0, 0.0], [99.0, 2.0, 0.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "found"),
+    [
+        ("driven", {}, 5.0),
+        ("driven", {"waves": REGULAR}, 5.0),
+        ("driven", {"waves": REGULAR | {"period": 6.0}}, NOT_ONE),
+        ("driven", RESTS | {"waves": REGULAR, "cable.top.velocity": [0.1, 0.0, 0.0]}, BY_ENDS),
+        ("driven", RESTS | {"waves": REGULAR, "cable.top.motion": ROWS, "cable.top.ramp": None}, BY_ENDS),
+        ("driven", {"waves": REGULAR | {"period_seen_from": "water"}}, 5.0),  # which rests
+        ("short", {"buoy.wind": WIND}, 5.0),
+        ("short", {"current.over_time": TIDES}, STEADY),
+        ("short", {"buoy.wind": WIND | {"over_time": TIDES}}, STEADY),
+        ("short", {"buoy.external_force": {"force": [1.0, 0.0, 0.0], "over_time": PUSHED}}, STEADY),
+        ("short-bed", {"seabed.friction": 0.0}, 5.0),
+        ("short-bed", {"seabed.friction": 0.1}, "is not looked for on a bed with friction, which remembers how it was"),
+    ],
+)
+def test_the_period_of_a_cycle(name, more, found):
+    scene = load_scene(name, **more)
+    if isinstance(found, float):
+        assert periodic.period_of_cycle(scene) == found
+        return
+    with pytest.raises(InputError, match=f"^A limit cycle {found}"):
+        periodic.period_of_cycle(scene)
 
 
 def cycled(*leaps, accuracy=1e-3, most=40):

@@ -291,6 +291,21 @@ def test_a_load_is_reached_in_halves_where_newton_fails(monkeypatch):
     assert asked == [16.0, 8.0, 4.0, 2.0, 1.0]
 
 
+def test_a_march_gives_up_where_no_sixteenth_leads_on(monkeypatch):
+    """Behind what was reached in larger steps too: each half has one halving less than the whole."""
+    asked = []
+
+    def solve():
+        if asked[-1] > 9.5:
+            raise SolveError("nothing holds it")
+
+    problem = Fake(system=Fake(u=np.zeros(1)), newton=Fake(solve=solve), set_time=lambda t: None, change=asked.append)
+    monkeypatch.setattr(offsets, "let_turn", lambda problem: None)
+    with pytest.raises(SolveError, match="nothing holds it"):
+        offsets._march(problem, lambda size: size, 0.0, 16.0)
+    assert asked == [16.0, 8.0, 16.0, 12.0, 10.0, 9.0, 10.0]
+
+
 def test_growth_goes_a_share_of_its_way_that_newton_can_follow(monkeypatch):
     """From the last rest, then from nowhere, then less and less; what is compressed is none, if the last was not."""
     shares, fails = [], Fake(until=1.0)
