@@ -29,6 +29,7 @@ from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.motion.start import _moves
 from dolfbuoy.motion.stepping import AdaptiveControl, JumpControl, StepControl
 from dolfbuoy.scene import Top
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 INF = math.inf
 
@@ -284,3 +285,41 @@ def test_a_run_that_goes_on_looks_for_no_equilibrium(monkeypatch):
     np.testing.assert_array_equal(again.system.u, run.system.u)
     for one in (run, again):
         one.problem.destroy()
+
+
+def test_a_start_that_moves_leaves_nothing_of_its_tiny_steps():
+    """But the forces that it was taken for: places, time and memory are those of t = 0, and so is what forms read."""
+    changes = {"buoy.initial.buoy_angular_velocity": [0.3, 0.2, 0.5], "waves.ramp": 0.0}
+    scene = load_scene("short", **{"cable.elements": 8, "time.step": 0.1} | changes)
+    begun = Simulation(scene)
+    problem, u = begun.problem, begun.system.u
+    buoy, lines = problem.buoys["buoy"], problem.lines
+    assert not begun.at_rest
+    assert (begun.t, problem.time[0], begun.quaternion_drift) == (0.0, 0.0, 0.0)
+    assert (begun.predictor.times.tolist(), begun.predictor.points, begun.iterations) == ([0.0], 3, 0)
+    np.testing.assert_array_equal(begun.predictor.values, [u])
+    np.testing.assert_array_equal(lines.w.x.array[: lines.part.size], u[lines.part.slice])
+    rest = solve_equilibrium(scene)
+    still, moving = (one.fields.of(v[one.part.slice]) for one, v in ((rest.buoys["buoy"], rest.system.u), (buoy, u)))
+    np.testing.assert_array_equal(moving.position, still.position)
+    assert begun.scheme.name == scene.time.scheme
+    np.testing.assert_array_equal(u[lines.node_dofs], rest.system.u[rest.lines.node_dofs])
+    for one in (rest, problem):
+        one.destroy()
+
+
+def test_a_problem_that_is_used_again_begins_anew():
+    """At t = 0, with ends and forms where they are then, whatever it was left with."""
+    scene = load_scene("driven", **{"cable.elements": 4, "time.step": 0.1, "cable.top.ramp": 0.3})
+    first = Simulation(scene, MPI.COMM_SELF)
+    begun, problem = first.system.u.copy(), first.problem
+    for _ in range(4):
+        first.step(0.1)
+    assert np.abs(first.system.u - begun).max() > 0.1
+    again = Simulation(scene, MPI.COMM_SELF, problem=problem)
+    assert (again.problem is problem, again.t, problem.time[0], again.at_rest) == (True, 0.0, 0.0, True)
+    np.testing.assert_array_equal(again.system.u, begun)
+    lines = problem.lines
+    np.testing.assert_array_equal(lines.w.x.array[: lines.part.size], begun[lines.part.slice])
+    assert lines.part.size == len(begun)
+    problem.destroy()
