@@ -115,6 +115,31 @@ def test_noise_has_no_derivative():
         assert np.all(np.abs(series.values) <= 3 * np.abs(noise))
 
 
+@pytest.mark.parametrize(
+    ("order", "values", "bounds"),
+    [
+        (1, [2.0, 1.0, 0.0], (-np.inf, np.inf)),
+        (1, [3.0, 1.0, 0.0], (-np.inf, np.inf)),  # differences 2 and 1, which differ by half of the larger one
+        (1, [3.1, 1.0, 0.0], (0.0, 4.2)),
+        (1, [-3.0, -1.0, 0.0], (-np.inf, np.inf)),
+        (1, [-3.1, -1.0, 0.0], (-4.2, 0.0)),
+        (1, [0.0, 1.0, 0.0], (0.0, 0.0)),
+        (1, [5.0, 1.0], (-np.inf, np.inf)),
+        (2, [0.0, 0.0, 0.0, 1.0], (0.0, 0.0)),
+        (2, [6.0, 3.0, 1.0, 0.0], (-np.inf, np.inf)),
+        (2, [9.0, 4.0, 1.0, 0.5], (-np.inf, np.inf)),  # 2 and 2.5
+        (2, [9.0, 3.0, 1.0, 0.5], (0.0, 8.0)),  # 4 and 1.5
+        (2, [9.0, 3.0, 1.0], (-np.inf, np.inf)),
+    ],
+)
+def test_bounds_of_derivatives(order, values, bounds):
+    """Where differences of their order disagree by more than half: from 0 to twice the largest one, if all have a
+    sign, else 0."""
+    series = Series(np.zeros(1), np.zeros(1))
+    series.values = [np.array([value]) for value in values]
+    np.testing.assert_allclose(np.ravel(series._limits(order)), bounds, rtol=1e-12)
+
+
 def decay(scheme, steps):
     """Error of y_t = -y, y(0) = 1, after steps of these sizes."""
     series = Series(np.ones(1), -np.ones(1))
