@@ -15,7 +15,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion import periodic
 from dolfbuoy.motion.corrected import Corrected
-from dolfbuoy.motion.energy import _powers, _weight
+from dolfbuoy.motion.energy import Meter, _powers, _weight
 from dolfbuoy.motion.periodic import Cycle, Found, State
 from dolfbuoy.motion.tangent import Pair, Tangents
 
@@ -309,6 +309,69 @@ def test_powers_of_drag_are_those_of_what_moves_and_of_the_water():
     assert [(a, number(p), m) for a, p, m in _powers("inertia", f, v, u, "dx")] == [("inertia", 32.0, "dx")]
     found = [(a, number(p), m) for a, p, m in _weight([f, 2 * f], u, v, "dx")]
     assert found == [("gravity", -6.0, "dx"), ("buoyancy", 64.0, "dx")]
+
+
+def metered():
+    """A Meter without its sums of forms but one, of a buoy that moves and one that is moved, a line, a body and a
+    take-off, all of made-up numbers."""
+    told = []
+
+    def of(row):
+        return Fake(position=row[:3], orientation=row[3:7], momentum=row[7:10], angular_momentum=row[10:])
+
+    def part(first, end, **more):
+        return Fake(part=Fake(slice=slice(first, end)), **more)
+
+    def moving(first, end, gamma, history):
+        return part(first, end, gamma_v=Fake(value=gamma), history_v=Fake(x=Fake(array=np.array(history))))
+
+    fields = Fake(of=of)
+    free = part(0, 13, fields=fields, motion=None, mass=Fake(mass=2.0, inertia=(1.0, 2.0, 4.0)))
+    moved = part(13, 26, fields=fields, motion="given", mass=Fake(mass=1.0, inertia=(1.0, 1.0, 1.0)))
+    line, body = moving(26, 28, 2.0, [0.5, 0.0]), moving(28, 30, 1.0, [0.0, 3.0])
+    line.publish_lengths = told.append
+    quarter = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]  # about z
+    u = [0, 0, 3, *quarter, 2, 4, 6, 2, 3, 8, *[0, 0, -1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 2], *[1, 2], *[1, 0]]
+    loads = [*[0] * 7, 1, 0, 2, 0, 1, 1, *[9] * 13, *[1, 1], *[0, 2]]
+    residual = [*[9] * 13, *[0] * 7, 5, 0, 0, 0, 0, 3, *[9] * 4]
+    rows = {"u": u, "loads": loads, "last_residual": residual}
+    system = Fake(size=30, **{name: np.array(row, dtype=float) for name, row in rows.items()})
+    device = Fake(velocities=lambda u: np.array([[9.0] * 3, [1.0] * 3]))
+    device.reactions = lambda residual: [(1, np.array([1.0, 2.0, 3.0]))]
+    problem = Fake(system=system, buoys={"a": free, "b": moved}, lines=Fake(groups=[line]), bodies=body)
+    problem.take_offs, problem.models = [device], [Fake(publish_points=lambda: told.append("points"))]
+
+    def add(b):
+        b += [3.0, 5.0]
+
+    form = Fake(prepare=lambda: told.append("prepared"), add_to_vector=add)
+    meter = Fake(simulation=Fake(problem=problem, t=0.75, scene=Fake(gravity=10.0)), _work_at_ends=lambda problem: 7.0)
+    meter._forms = [(["drag", "kinetic"], Fake(size=2), form)] * 2
+    return meter, told
+
+
+def test_what_a_meter_reads():
+    """m v and I omega of a buoy that is turned by 90 degrees about z make v = (1, 2, 3) and omega = (1, 3, 2)."""
+    meter, told = metered()
+    found = Meter.read(meter)
+    assert told == ["points", 0.75, "prepared", "prepared"]
+    assert found.pop("kinetic") == pytest.approx(0.5 * (28 + 27) + 0.5 * (1 + 4) + 2 * 5.0)
+    assert found.pop("gravity") == pytest.approx(2 * 10 * 3 - 1 * 10 * 1)
+    assert found.pop("loads") == pytest.approx(-(1 + 6 + 3 + 2) - (2.5 + 4) - 2 * 3)
+    assert found.pop("top") == pytest.approx((5 * 1 + 3 * 2) + 7 + 6)
+    assert found.pop("drag") == 6.0
+    assert {"elastic", "stream", "inertia", "winch"} <= set(found)
+    assert set(found.values()) == {0.0}
+
+
+def test_a_meter_without_loads_lines_and_bodies():
+    meter, told = metered()
+    problem = meter.simulation.problem
+    problem.lines = problem.bodies = None
+    del problem.system.loads
+    found = Meter.read(meter)
+    assert told == ["points", "prepared", "prepared"]
+    assert (found["loads"], found["top"]) == (0.0, pytest.approx(11 + 6))
 
 
 @pytest.mark.parametrize(
