@@ -143,12 +143,25 @@ def test_sides_without_any_offset_are_left_out(monkeypatch, tmp_path):
     found = xr.Dataset(data, labels)
     monkeypatch.setattr("dolfbuoy.results.linear_record.each_buoy", lambda found: [])
     linear._show_offsets(found, "force", tmp_path)
-    assert [row[0] for row in rows] == ["0", "180"]
-    assert [row[-1] for row in rows] == ["20", "60"]
+    assert rows == [["0", "2", "20"], ["180", "2", "60"]]
+
+
+def test_offsets_are_told_where_that_of_any_buoy_is_largest(monkeypatch, tmp_path):
+    rows, heads = [], []
+    monkeypatch.setattr(
+        shared, "print_table", lambda title, columns, found: (rows.extend(found), heads.extend(columns))
+    )
+    two, moved = ("direction", "force"), [[[1.0, 5.0, np.nan]], [[7.0, 2.0, np.nan]]]
+    data = {"tension_top": ((*two, "cable"), [[[1000.0], [3e4], [2e3]]]), "found": (two, [[True, True, False]])}
+    data |= {"offset_along": (("buoy", *two), moved)}
+    found = xr.Dataset(data, {"direction": [30.0], "force": [10.0, 20.0, 30.0], "cable": ["a"], "buoy": ["x", "y"]})
+    linear._show_offsets(found, "force", tmp_path)
+    assert heads == ["direction [deg]", "at force", "offset of x [m]", "offset of y [m]", "tension at the top [kN]"]
+    assert rows == [["30", "10", "1", "7", "30"]]
 
 
 @pytest.mark.parametrize(
-    ("sides", "said"), [(2, []), (3, ["At 2 N the watch circle has a radius of 4 m about (1, -2)."])]
+    ("sides", "said"), [(2, []), (3, ["At 2 N the watch circle has a radius of 4.321 m about (1.234, 0)."])]
 )
 def test_two_sides_make_no_circle(sides, said, monkeypatch, tmp_path):
     sentences, two = [], ("direction", "force")
@@ -157,7 +170,7 @@ def test_two_sides_make_no_circle(sides, said, monkeypatch, tmp_path):
     monkeypatch.setattr("dolfbuoy.results.linear_record.each_buoy", lambda found: [("", found)])
     data = {name: ((*two, "cable"), np.ones((sides, 2, 1))) for name in ("tension_top",)}
     data |= {"found": (two, np.ones((sides, 2), dtype=bool)), "offset_along": (two, np.ones((sides, 2)))}
-    data |= {"watch_radius": ("force", [3.0, 4.0]), "watch_centre": (("force", "xy"), [[0.0, 0.0], [1.0, -2.0]])}
+    data |= {"watch_radius": ("force", [3.0, 4.321]), "watch_centre": (("force", "xy"), [[0.0, 0.0], [1.234, -4e-11]])}
     labels = {"direction": np.arange(sides) * 90.0, "force": [1.0, 2.0], "cable": ["a"]}
     linear._show_offsets(xr.Dataset(data, labels), "force", tmp_path)
     assert sentences == said

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from dolfbuoy import api, linear_api, load_scene, sensitivity
+from dolfbuoy.commands import design as designs
 from dolfbuoy.commands import linear, response, sweep
 from dolfbuoy.commands import sensitivity as command
 from dolfbuoy.results.elasticities import columns_of_run, order_of, percent, value_of
@@ -164,6 +165,7 @@ def test_the_tables_of_a_design(call, tmp_path, monkeypatch):
     assert rows["lean < 9"] == ["3.5", "-", "no", "-"]
     assert "cable.mass = 412.5, after 9 runs" in out
     assert "it is so" in out
+    assert [designs._multiplier(made, k) for k in range(2)] == ["0.125", "-"]
 
 
 @pytest.mark.parametrize("noise", [None, 2.0])
