@@ -3,6 +3,8 @@
 Source: runs of the same scene until nothing changes from period to period any more.
 """
 
+from types import SimpleNamespace as Fake
+
 import numpy as np
 import pytest
 from alone import periodic, simulate
@@ -97,6 +99,63 @@ def test_leap_that_leads_away_is_taken_back(monkeypatch):
         np.testing.assert_allclose(cycle.state.values(), before, rtol=1e-11, atol=1e-11)
         assert (simulation.t - t) % cycle.period == pytest.approx(0.0, abs=1e-9)
         assert len(cycle.after) == 2
+
+
+def attempted(fails=False, missing=1.0):
+    """(what came of a leap, what was done, the cycle after it): |F(x) - x| is 0.5 before it and `missing` after it."""
+    done, sizes = [], iter([0.5, missing])
+    cycle = Fake(simulation=Fake(t=7.0), before=["a"], after=["b"], missing=lambda: next(sizes))
+    cycle.leap = lambda reach: (done.append(("leap", reach)), True)[1]
+    cycle.state = Fake(put=lambda values: done.append(("put", values)))
+
+    def run(count):
+        done.append(("run", count))
+        cycle.simulation.t += 5.0 * count
+        if fails:
+            raise SolveError("it diverged")
+
+    def noted(count):
+        done.append(("noted", count))
+        cycle.before, cycle.after = ["c"], ["d"]
+        return "seen"
+
+    cycle.run, cycle.noted = run, noted
+    return Cycle.tried(cycle, 0.25, 3), done, cycle
+
+
+@pytest.mark.parametrize(("missing", "good"), [(0.1, True), (5.0, True), (5.01, False)])
+def test_what_is_tried_of_a_leap(missing, good):
+    """Periods of rest, then two whose ends count; nothing of it where ten times as much is missing then."""
+    found, done, cycle = attempted(missing=missing)
+    assert found == (("seen", True) if good else None)
+    assert done == [("leap", 0.25), ("run", 3), ("noted", 2)] + [("put", "b")] * (not good)
+    assert (cycle.before, cycle.after) == ((["c"], ["d"]) if good else (["a"], ["b"]))
+
+
+def test_a_leap_that_cannot_be_solved_is_taken_back():
+    """The clock too."""
+    found, done, cycle = attempted(fails=True)
+    assert (found, cycle.simulation.t, cycle.before, cycle.after) == (None, 7.0, ["a"], ["b"])
+    assert done == [("leap", 0.25), ("run", 3), ("put", "b")]
+
+
+def test_periods_that_are_run_and_noted():
+    """Steps end at parts of a period, what is seen is that of the last one; the last twenty ends are remembered."""
+    ends, values = [], iter(range(100))
+    cycle = Fake(simulation=Fake(t=10.0), period=6.0, steps=3, periods=4, before=[], after=[])
+    cycle.state = Fake(seen=lambda: [cycle.simulation.t], values=lambda: next(values))
+
+    def advance(target):
+        ends.append(target)
+        cycle.simulation.t = target
+        yield 2.0, 1
+
+    cycle.simulation.advance, cycle.run = advance, lambda count: Cycle.run(cycle, count)
+    np.testing.assert_allclose(Cycle.run(cycle, 2), [[18.0], [20.0], [22.0]])
+    assert ends == [12.0, 14.0, 16.0, 18.0, 20.0, 22.0]
+    np.testing.assert_allclose(Cycle.noted(cycle, 22)[-1], [22.0 + 22 * 6.0])
+    assert cycle.periods == 4 + 2 + 22
+    assert (cycle.before, cycle.after) == (list(range(4, 44, 2)), list(range(5, 45, 2)))
 
 
 def test_state_of_a_line_in_pieces():
