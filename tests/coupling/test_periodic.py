@@ -158,6 +158,40 @@ def test_periods_that_are_run_and_noted():
     assert (cycle.before, cycle.after) == (list(range(4, 44, 2)), list(range(5, 45, 2)))
 
 
+def test_state_of_a_driven_line():
+    """Its numbers, then directions and lengths of chords; what counts of them; the same again where it is put."""
+    simulation = Simulation(load_scene("driven", **{"cable.elements": 4, "time.step": 0.1}))
+    for _ in range(3):
+        simulation.step(0.1)
+    state, u = motion.State(simulation), simulation.system.u.copy()
+    assert state.length == 22.0
+    x, nodes = state.values(), u[simulation.problem.lines.node_dofs]
+    nodes = nodes[np.argsort(nodes[:, 2])]  # from the anchor up
+    directions, lengths = x[-32:-8].reshape(8, 3), x[-8:]
+    np.testing.assert_allclose(directions * lengths[:, None], np.diff(nodes, axis=0), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_array_equal(x[: len(u)], u)
+    changed, place = x.copy(), len(u) + state._nodes[3, 1]
+    changed[place] += 0.25
+    changed[: len(u)] += 9.0  # unknowns follow what evolves
+    assert state.moved(changed - x) == pytest.approx(0.25)
+    weighed = state.weighed(changed - x)
+    assert weighed.max() == pytest.approx(0.25 / 22.0)
+    assert np.count_nonzero(weighed) == 1
+    assert len(weighed) == 2 * 9 * 3  # positions and velocities of nodes, no tension
+    t, bent = simulation.t, changed.copy()
+    bent[-8:] *= 1.5
+    state.put(bent)
+    assert np.abs(state.values() - x).max() > 0.1
+    state.put(x)
+    np.testing.assert_allclose(state.values(), x, rtol=1e-11, atol=1e-11)
+    assert (simulation.t, simulation.predictor.times.tolist()) == (t, [t])
+    np.testing.assert_array_equal(simulation.predictor.values, [simulation.system.u])
+    part = simulation.problem.lines.part
+    np.testing.assert_array_equal(simulation.problem.lines.w.x.array[: part.size], simulation.system.u[part.slice])
+    simulation.problem.destroy()
+
+
 def test_state_of_a_line_in_pieces():
     """Nodes of two pieces at one place have no chord: a warning, and no number, of those before."""
     simulation = Simulation(load_scene("lazy-wave", time__scheme="bdf2", time__tolerance=None))
