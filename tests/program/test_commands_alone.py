@@ -20,6 +20,7 @@ from dolfbuoy.commands.shared import Interrupted
 from dolfbuoy.errors import SolveError
 from dolfbuoy.parallel import interruption, ranks
 from dolfbuoy.results import summary
+from dolfbuoy.results.sample import LASTS
 from dolfbuoy.scene.schema import as_text
 
 # -- what is printed ---------------------------------------------------------------------------------------------------
@@ -131,6 +132,21 @@ def test_a_table_of_many_sets(monkeypatch, capsys, tmp_path):
     few = found.isel(set=slice(20), run=slice(20))
     statistics.show(few, tmp_path)
     assert "more" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("mean", "shown"), [(7.1e-9, "7.1e-09"), (6.9e-9, "0")])
+def test_numbers_and_fatigue_of_two_runs(mean, shown):
+    """Means, least and largest of both; a mean that is rounding is none; sums of damage in all the time."""
+    numbers = {"standard_deviation": [1.0, 3.0], "minimum": [-4.0, -2.0], "maximum": [5.0, 7.0], "skewness": [0.1, 0.3]}
+    numbers |= {"period": [4.0, 6.0], LASTS: [2.5, 3.5], "equivalent_load": [1.0, 3.0], "damage": [1e-6, 3e-6]}
+    data = {f"way_x_{name}": ("run", values) for name, values in numbers.items()}
+    data |= {"way_x_mean": ("run", [mean - 1e-9, mean + 1e-9], {"units": "m"}), "duration": ("run", [100.0, 300.0])}
+    series = [("way_x of a", "way_x", xr.Dataset(data))]
+    assert statistics._numbers(series, "")[2] == [["way x of a", "m", shown, "2", "0.20", "-4", "7", "3.5", "5", ""]]
+    title, heads, rows = statistics._fatigue(series, {"exponent": 2.0, "frequency_Hz": 0.5})
+    assert title == "\nFatigue, m = 2, equivalent load at 0.5 Hz"
+    assert heads == ["series", "equivalent load", "Miner sum per year", "life [years]"]
+    assert rows == [["way x of a", "2.236 m", "0.3156", "3.169"]]  # (1 + 9)/2 is 5; 4e-6 in 400 s
 
 
 def test_sides_without_any_offset_are_left_out(monkeypatch, tmp_path):
