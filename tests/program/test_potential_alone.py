@@ -79,7 +79,7 @@ def made(around, finer, hull=CYLINDER):
 
 @pytest.mark.parametrize(("finer", "rows", "rings"), [(1, 5 + 4, 5), (2, 10 + 8, 10)])
 def test_a_mesh_of_a_hull_and_its_lid(finer, rows, rings):
-    """Panels 1/1.2 as high as 2 pi/24 = 0.262 m wide: 1 m has 5 of them (4.58), 0.8 m 4 (3.67); a sector is 24 or 48."""
+    """Panels 1/1.2 as high as 2 pi/24 = 0.262 m wide: 1 m has 5 (4.58), 0.8 m has 4 (3.67)."""
     body = made(24, finer)
     assert (body["name"], body["dofs"]) == ("hull", (["Surge", "Heave", "Pitch"], (0.0, 0.0, 0.0)))
     (hull, faces, n), (lid, lid_faces, lid_n) = body["mesh"], body["lid_mesh"]
