@@ -345,14 +345,14 @@ def test_masses_off_the_axis_and_without_moments(at):
 def test_water_of_rods_is_that_of_the_lowest(at):
     """Whatever the order of their rows and ends."""
     kinds = [row(diameter=3, Cd=0.1, Ca=0.2, CdEnd=0.3, CaEnd=0.4), row(diameter=2, Cd=0.5, Ca=0.2, CdEnd=0.6)]
-    rods = [rod([0, 0, 5], [0, 0, 3]), rod([0, 0, 1], [0, 0, 3])]
+    rods = [Row(8, rod([0, 0, 5], [0, 0, 3]).values), rod([0, 0, 1], [0, 0, 3])]
     found = moordyn_body._water_of_rods(rods, kinds, np.array([0, 0, 1.0]), np.eye(3), at[1])
     assert found == {
         "hull": [[0.0, 2.0], [2.0, 2.0], [2.0, 3.0], [4.0, 3.0]],
         **{"normal_drag": 0.5, "added_mass": 0.2, "axial_drag": 0.6, "axial_added_mass": 0.0},
     }
     differ = "rods differ in {}: that of the lowest is taken for the whole hull"
-    assert at[1].said == [(7, differ.format(column)) for column in ("Cd", "CdEnd", "CaEnd")]
+    assert at[1].said == [(8, differ.format(column)) for column in ("Cd", "CdEnd", "CaEnd")]
 
 
 @pytest.mark.parametrize("rho", [1025.0, 0.0])
