@@ -82,6 +82,19 @@ def test_a_line_that_bends_on_what_floats(ends, key, sign):
     np.testing.assert_allclose(scene["cable"][0][key]["direction"], [0.0, 0.0, sign], atol=1e-14)
 
 
+@pytest.mark.parametrize(("z", "direction"), [(-3.001, [0.0, 0.0, -1.0]), (-3, None)])
+def test_a_line_that_bends_on_a_short_rod(z, direction):
+    """A millimetre has a direction, a rod without length none."""
+    text = written(
+        EI=1e4,
+        RODS=[f"1 steel Fixed 1 2 -3 1 2 {z} 10 -"],
+        POINTS=["1 Fixed 12 3 0.25 0 0 0 0"],
+        LINES=["1 rope R1B 1 41.5 20 -"],
+    )
+    (cable,) = read(text)[0]["cable"]
+    assert cable.get("from_end", {}).get("direction") == direction
+
+
 def test_rods_that_hold_no_line():
     """What stands still needs none; what moves is said, once."""
     idle = ["7 steel Free 0 0 -20 6 0 -20 10 -", "8 steel Fixed 0 0 -30 6 0 -30 10 -"]
