@@ -141,6 +141,7 @@ class Observer:
         group, piece = lines.holder(place.piece)
         cells, nearest = group.cells_of[piece], (np.inf, np.inf, self.comm.rank, -1)
         if len(cells):
+            cells = cells[np.argsort(group.cell_ends[cells].mean(axis=1))]
             away = np.abs(group.T_s[cells] - group.begins[piece] - place.s).round(9)
             cell, node = np.unravel_index(np.argmin(away + 1e-12 * np.arange(len(cells))[:, None]), away.shape)
             middle = group.cell_ends[cells[cell]].mean()

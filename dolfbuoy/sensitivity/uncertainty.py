@@ -244,7 +244,7 @@ def _chaos(xi, y):
 
 
 def _sampled(xi, y):
-    """Numbers of the samples; shares from their correlations with each number."""
+    """Numbers of the samples; shares from their correlations with each number, 0 of what is the same in all."""
     low, high = np.percentile(y, [5, 95])
-    share = [np.corrcoef(column, y)[0, 1] ** 2 for column in xi.T]
+    share = [np.corrcoef(column, y)[0, 1] ** 2 if np.ptp(y) else 0.0 for column in xi.T]
     return (y.mean(), y.std(ddof=1), low, high, math.nan), np.array(share)

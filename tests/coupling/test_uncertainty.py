@@ -153,6 +153,7 @@ def test_numbers_of_samples_are_those_of_their_table():
     assert (low, high) == (pytest.approx(2.45), pytest.approx(8.55))
     assert math.isnan(r2)
     assert share == pytest.approx([11.0**2 / 5 / 25, 0.0], abs=1e-12)
+    assert _sampled(xi, np.full(4, 7.0))[1].tolist() == [0.0, 0.0]  # nothing moves it
 
 
 @pytest.mark.slow

@@ -175,8 +175,9 @@ def test_smallest_tensions_of_several_ranks():
     ("s", "dof"),
     [(0.0, 0), (0.4, 0), (0.6, 1), (1.0, 1), (1.2, 1), (1.7, 3), (9.0, 3)],  # of two elements the lower one
 )
-def test_the_tension_nearest_to_a_place(s, dof):
-    group = Fake(cells_of=[np.array([0, 1])], T_s=np.array([[10.0, 11.0 + 2e-10], [11.0, 12.0]]), begins=[10.0])
+@pytest.mark.parametrize("cells", [[0, 1], [1, 0]])  # however they are numbered
+def test_the_tension_nearest_to_a_place(s, dof, cells):
+    group = Fake(cells_of=[np.array(cells)], T_s=np.array([[10.0, 11.0 + 2e-10], [11.0, 12.0]]), begins=[10.0])
     group.cell_ends, group.T_dofs = np.array([[10.0, 11.0], [11.0, 12.0]]), np.array([[0, 1], [2, 3]])
     group.part = Fake(offset=100)
     lines = Fake(holder=lambda piece: {4: (group, 0)}[piece])
