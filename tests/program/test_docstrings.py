@@ -6,7 +6,7 @@ Source: the source, read as a syntax tree; the first words are those of the hous
 import ast
 
 import pytest
-from program.test_layers import TREES
+from program.test_layers import FILES, tree_of
 
 #: First words that leave open of what is spoken.
 OPEN = ("Of", "What", "Whether", "Where", "How", "That")
@@ -20,9 +20,9 @@ def half_sentences(tree):
     return [(line, text.splitlines()[0]) for line, text in texts.items() if text.split()[:1][0] in OPEN]
 
 
-@pytest.mark.parametrize("name", TREES)
+@pytest.mark.parametrize("name", FILES)
 def test_docstrings_begin_with_a_noun_or_a_verb(name):
-    assert half_sentences(TREES[name]) == []
+    assert half_sentences(tree_of(name)) == []
 
 
 @pytest.mark.parametrize("word", OPEN)

@@ -4,6 +4,7 @@ Source: the source, read as a syntax tree; the order of layers is written by han
 """
 
 import ast
+import functools
 import graphlib
 from pathlib import Path
 
@@ -48,7 +49,15 @@ def modules():
 
 
 FILES = modules()
-TREES = {name: ast.parse(file.read_text()) for name, file in FILES.items()}
+
+
+def tree_of(name):
+    """Syntax tree of a module.
+
+    None is kept: they were three quarters of all objects of a run of tests, and whoever looks for garbage, as every
+    sixteenth problem that ends does, looks at all of them.
+    """
+    return ast.parse(FILES[name].read_text())
 
 
 def statements(tree):
@@ -73,13 +82,16 @@ def targets(name, node):
     return [f"{base}.{alias.name}" if f"{base}.{alias.name}" in FILES else base for alias in node.names]
 
 
+@functools.cache
 def imports():
     """(importing module, imported one of this package or foreign name) of every import, wherever it stands."""
-    return [(name, to) for name, tree in TREES.items() for node in statements(tree) for to in targets(name, node)]
+    return [(name, to) for name in FILES for node in statements(tree_of(name)) for to in targets(name, node)]
 
 
-IMPORTS = imports()
-WITHIN = sorted({(name, to) for name, to in IMPORTS if to.split(".")[0] == ROOT})
+@functools.cache
+def within():
+    """Those of this package."""
+    return sorted({(name, to) for name, to in imports() if to.split(".")[0] == ROOT})
 
 
 def folder(name):
@@ -108,26 +120,26 @@ def circle(edges):
 
 
 def test_all_that_is_imported_is_there():
-    assert len(WITHIN) > 150
-    assert {to for _, to in WITHIN} <= set(FILES)
+    assert len(within()) > 150
+    assert {to for _, to in within()} <= set(FILES)
     assert {folder(name) for name in FILES} <= set(LEVEL)
 
 
 def test_no_import_runs_back_up():
-    assert wrong_way(WITHIN) == []
+    assert wrong_way(within()) == []
 
 
 def test_nobody_starts_petsc_before_the_solver_does():
     """`dolfbuoy.solver` tells PETSc to leave signals alone: folders that import dolfinx or PETSc import it first."""
-    starters = {name for name, to in IMPORTS if to.split(".")[0] in ("dolfinx", "petsc4py", "slepc4py")}
+    starters = {name for name, to in imports() if to.split(".")[0] in ("dolfinx", "petsc4py", "slepc4py")}
     folders = {name.rpartition(".")[0] for name in starters if not name.startswith(f"{ROOT}.solver")}
     assert folders >= {f"{ROOT}.model", f"{ROOT}.motion"}
     inside = {f"{ROOT}.results"}  # in a function, long after
-    assert {f for f in folders - inside if (f, f"{ROOT}.solver") not in WITHIN} == set()
+    assert {f for f in folders - inside if (f, f"{ROOT}.solver") not in within()} == set()
 
 
 def test_no_import_runs_in_a_circle():
-    assert circle(WITHIN) == []
+    assert circle(within()) == []
 
 
 @pytest.mark.parametrize(
@@ -141,19 +153,19 @@ def test_no_import_runs_in_a_circle():
 )
 def test_an_import_the_wrong_way_is_found(name, to):
     edge = (f"{ROOT}.{name}", f"{ROOT}.{to}")
-    assert wrong_way([*WITHIN, edge]) == [" -> ".join(edge)]
+    assert wrong_way([*within(), edge]) == [" -> ".join(edge)]
 
 
 def test_a_circle_is_found():
     edge = (f"{ROOT}.scene.petsc_options", f"{ROOT}.scene.sections")
-    assert set(edge) <= set(circle([*WITHIN, edge]))
+    assert set(edge) <= set(circle([*within(), edge]))
 
 
 def test_forms_import_ufl_only():
     """And of the standard library what their type hints need."""
-    foreign = {to.split(".")[0] for name, to in IMPORTS if name.startswith(f"{ROOT}.forms")}
+    foreign = {to.split(".")[0] for name, to in imports() if name.startswith(f"{ROOT}.forms")}
     assert foreign == {"ufl", "typing", "collections", ROOT}
-    assert all(to.startswith(f"{ROOT}.forms") for name, to in WITHIN if name.startswith(f"{ROOT}.forms"))
+    assert all(to.startswith(f"{ROOT}.forms") for name, to in within() if name.startswith(f"{ROOT}.forms"))
 
 
 def functions(tree):
@@ -162,7 +174,7 @@ def functions(tree):
 
 def test_functions_of_the_forms_say_what_they_take_and_give():
     found = [
-        (name, function) for name in TREES if name.startswith(f"{ROOT}.forms") for function in functions(TREES[name])
+        (name, function) for name in FILES if name.startswith(f"{ROOT}.forms") for function in functions(tree_of(name))
     ]
     assert len(found) > 40
     for name, function in found:
@@ -178,9 +190,6 @@ def test_at_most_eight_modules_lie_directly_in_the_package():
 def test_nothing_is_asserted_at_run_time():
     """Python -O leaves assertions out, and their words are no sentences."""
     found = [
-        f"{name}:{node.lineno}"
-        for name, tree in TREES.items()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Assert)
+        f"{name}:{node.lineno}" for name in FILES for node in ast.walk(tree_of(name)) if isinstance(node, ast.Assert)
     ]
     assert found == []
