@@ -1,16 +1,14 @@
 """The buoy as a rigid body: Euler's equations (8) and the equilibrium that they leave at rest."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ufl import as_vector, cross, dot, inner
 
+from .hull import BodyMotion
 from .kinds import Expr, Scalar
 from .rotation import apply_inverse_inertia, axis, conjugate, prolong, quaternion_product, rotation_matrix
 from .sea import Flow
-
-if TYPE_CHECKING:
-    from .hull import BodyMotion
 
 
 class Body(NamedTuple):

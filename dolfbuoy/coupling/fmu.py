@@ -7,19 +7,17 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ..errors import InputError
+from ..scene import Scene
 from ..version import __version__
 from ..writing import replacing
 from .library import FOLDER, build
 from .paths import Pose
 from .served import WINCH
 from .session import Session
-
-if TYPE_CHECKING:
-    from ..scene import Scene
 
 #: Units by the exponents of SI's base units.
 UNITS = {

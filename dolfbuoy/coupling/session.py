@@ -4,14 +4,12 @@ World frame: z up, z = 0 at still water.  SI units, angles in rad.  Quaternions 
 of the body into those of the world.  Forces are those on the caller's side, as each function says.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -28,15 +26,12 @@ from ..results import checkpoint
 from ..results import folder as folders
 from ..results.observe import Observer
 from ..results.recorder import Recorder
-from ..scene import load_scene
+from ..scene import Scene, load_scene
 from . import names
 from .carried import Carried, vessels_of
 from .forces import Force, state_of
 from .paths import LARGEST, Array, BodyState, Length, Path, Pose, Wrench, numbers_of
 from .saved import Saved, copied, kept, own_of, pack, put_back, take_up, unpack
-
-if TYPE_CHECKING:
-    from ..scene import Scene
 
 
 class Session:

@@ -4,8 +4,6 @@ Every platform of the array is a vessel with its place and heading; its lines go
 clockwise from x, or from it to an anchor or another platform (`array_mooring`).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

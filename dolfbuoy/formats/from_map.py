@@ -9,8 +9,6 @@ Its tables are those of MoorDyn 1, and are read as such, but for these:
 - `repeat` in the solver's options makes the mooring again, turned about z [deg]; there are lines of options alone.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import re

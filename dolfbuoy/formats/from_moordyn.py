@@ -12,8 +12,6 @@ What has another meaning there, and how it is carried over:
   motion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -9,8 +9,6 @@ components:
 environment: {gravity, water_density, water_depth}
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -12,8 +12,6 @@ The tangential drag refers to the surface pi d l there and to the diameter d l h
 with an EI, of which MoorPy itself makes nothing; the bed is there, and has no stiffness of its own.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -4,22 +4,18 @@ A rod is a cylinder that floats, a body gives it mass and inertia [about the cen
 rods has its volume about its origin.  Rods that are no such row are bars between points of the body.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..scene.quantities import number_of
 from .moordyn_text import Row
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _CLOSE = 1e-6  # m
 #: Displaced mass of a body without volume, of its own: a hull that hardly floats.

@@ -1,7 +1,5 @@
 """Failures and external loads of MoorDyn in Fortran."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

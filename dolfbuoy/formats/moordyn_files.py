@@ -5,8 +5,6 @@ of `WaveKin` 2 is the real part of A exp(i (omega t - k.x)), of 7 its imaginary 
 x = y = 0 of waves that run along x.  No current changes the frequencies of the waves.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

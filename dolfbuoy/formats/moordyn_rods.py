@@ -4,21 +4,17 @@ A rod that stands still, or on a body, is two such places.  One that floats upri
 element that is straight and does not stretch, of the rod's mass, volume and coefficients, between two joints.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from .moordyn_body import HARDLY, BodyOf, NoBuoy, barred, buoy_of, ends_of, placed, turn_of, type_of
 from .moordyn_text import Row, Tables
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Words with which attachments begin.
 FIXED, MOVED = ("fix", "anch"), ("coupled", "vessel", "ves", "cpld", "fair")

@@ -5,8 +5,6 @@ because the two versions order them differently.  Anything before the first sect
 begin a comment.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field
 

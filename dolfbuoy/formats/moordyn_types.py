@@ -1,7 +1,5 @@
 """Line types of MoorDyn as materials."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -4,21 +4,17 @@ A regular wave is a spectrum of one component on MoorDyn's table in space and ti
 (`WaveKin 7`) has no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..model.sea import heading, main_propagation, velocity_at
 from ..model.varying import varies
-
-if TYPE_CHECKING:
-    from ..scene.network import Network
-    from ..scene.sections import Current, Scene
-    from ..scene.waves import Waves
+from ..scene.network import Network
+from ..scene.sections import Current, Scene
+from ..scene.waves import Waves
 
 #: Points of the table to a wave length, and to a period; MoorDyn interpolates linearly between them.
 PER_WAVE = 64

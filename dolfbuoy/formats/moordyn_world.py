@@ -3,8 +3,6 @@
 Its bed is everywhere, of the stiffness kBot at the depth WtrDpth; without water or gravity nothing lies on one here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Names of another program's parts as a scene allows them, and notes on what a translation could not carry over."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """The sea bed under lines and bodies at joints: forces of contact, memory of friction, a bed that is no plane."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import ufl
@@ -11,9 +11,7 @@ from ..forms import seabed as form
 from ..scene.bathymetry import ORDERS
 from . import effects
 from .contact import ContactParameters, has_friction, height_of_bed, plane
-
-if TYPE_CHECKING:
-    from .masses import Masses
+from .masses import Masses
 
 
 class Bed:

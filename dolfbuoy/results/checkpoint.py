@@ -4,8 +4,6 @@ The record is written first, so that after a kill at any moment it is as long as
 longer is cut off and computed again.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

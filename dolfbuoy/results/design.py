@@ -1,7 +1,5 @@
 """Numbers that a mooring is designed by: loads on its anchors, offsets of its buoys, their freeboard."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

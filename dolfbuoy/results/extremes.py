@@ -6,8 +6,6 @@ it the interval, is found once for each number of runs from samples of u = 0, b 
 Crests of a sea are independent Rayleigh ones (Cartwright and Longuet-Higgins 1956, narrow band).
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """A life of sea states with their probabilities, and a design wave beside the seeds of one."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator

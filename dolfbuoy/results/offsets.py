@@ -1,7 +1,5 @@
 """Excursion of a buoy in the horizontal plane: the smallest circle around its track."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

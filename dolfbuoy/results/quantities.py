@@ -1,7 +1,5 @@
 """Quantities of a record, each declared once: record, observer, tables, figures, page and ParaView follow from it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

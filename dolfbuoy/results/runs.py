@@ -1,7 +1,5 @@
 """Samples of runs, read from their records, folders or sweeps, and what makes runs a set."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Runs whose scenes are equal but for `waves.seed` are a set: their cycles and pea
 each is one of the maxima that Gumbel's distribution is fitted to.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

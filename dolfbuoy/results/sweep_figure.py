@@ -1,7 +1,5 @@
 """Figures of the cases of a sweep, and of elasticities."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

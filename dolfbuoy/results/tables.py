@@ -1,7 +1,5 @@
 """Tables: on a terminal as wide as it is, in a pipe or a file as wide as they need to be."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any

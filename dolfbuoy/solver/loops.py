@@ -11,18 +11,15 @@ all that belongs to a cell is in blocks (cells of a block // lanes, numbers of a
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
 
 from . import Array, c_code, compat, simd
 from .c_code import address, core
+from .unknowns import Contribution, Values
 from .vector_ops import Work
-
-if TYPE_CHECKING:
-    from .unknowns import Contribution, Values
-
 
 #: Places that loops read, by their content.
 _SAME: WeakValueDictionary[bytes, Array] = WeakValueDictionary()

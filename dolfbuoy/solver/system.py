@@ -9,7 +9,7 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 
 from collections.abc import Callable, Iterable
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import ufl
@@ -21,11 +21,9 @@ from .c_code import address, aligned
 from .callbacks import Callbacks
 from .loops import Hooks, Loop, Scaled, Shared
 from .numbering import Numbering, preallocate, set_values
+from .tension_only import TensionOnly
 from .unknowns import Block, Contribution, Part, Values
 from .vector_ops import Work, copies
-
-if TYPE_CHECKING:
-    from .tension_only import TensionOnly
 
 
 class System:
