@@ -10,11 +10,10 @@ from .elsewhere import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes, slack_in
-from .linear.on_vessels import on_vessels, refuse_directions
 from .linear.periods import modes_of_buoys
 from .linear.seaway import Seaway
 from .linear.spectrum import bins_of, check_periods, irregular_waves
-from .linear.stiffness import restoring
+from .linear.stiffness import on_vessels, refuse_directions, restoring
 from .results import folder as folders
 from .results import record as results
 from .results.linear_record import dataset_of_response, dataset_of_stiffness

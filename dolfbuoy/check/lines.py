@@ -1,4 +1,4 @@
-"""Lines: weights, periods, steps and snaps; tensions, strength and heights at rest, and lengths on the bed."""
+"""Lines: weights, periods, steps, snaps, fatigue; tensions, strength and heights at rest, and lengths on the bed."""
 
 import math
 from itertools import groupby
@@ -19,6 +19,7 @@ from ..results.summary import UNSEEN
 from ..results.tables import newtons
 from ..scene import Scene
 from ..scene.cable import Cable
+from ..scene.fatigue import curve_of, curve_on
 from ..scene.network import Network
 from ..scene.stiffness import TensionTable
 from ..solver import compat
@@ -332,4 +333,31 @@ def _touchdown_elements(problem: Problem, report: "Report", piece: int, s: float
         f"The elements at the touchdown are {h:.3g} m long where the cable bends with a radius of "
         f"{radius:.3g} m: tensions may be more than 1 % wrong; take {most:.2g} m there, of equal length "
         f"elements = {math.ceil(section.length / most)}.",
+    )
+
+
+def of_fatigue(scene: Scene, report: "Report") -> None:
+    """Add the reference of every fatigue curve to the Report of `check`, and a warning where it is likely too high."""
+    network, fatigue = scene.network, scene.fatigue
+    corrosion = fatigue.corrosion if fatigue else 0.0
+    seen: list[tuple[str, float]] = []
+    unmeasured: list[str] = []
+    for k, piece in enumerate(network.pieces):
+        section = piece.section
+        for text in dict.fromkeys(curve_on(section, fatigue, linked) for linked in (False, True)):
+            if text is None:
+                continue
+            curve = curve_of(text)
+            reference = curve.reference(section.breaking_load, section.steel_area, corrosion)
+            if (text, reference) not in seen:
+                seen.append((text, reference))
+                unit = "N/MPa" if curve.unit == "MPa" else "N"
+                report.add(f"R = 1 of the fatigue curve '{text}'", reference, unit, network.name_of(k))
+            if curve.of_grade_orq and section.steel_area is None:
+                unmeasured.append(network.name_of(k))
+    report.warn(
+        unmeasured,
+        f"Fatigue of {', '.join(dict.fromkeys(unmeasured))}: API refers ranges of chain to the breaking load of grade "
+        "ORQ of the same bar, which steel_area would give; with its own one, lives of better grades are too long (R4: "
+        "twice).",
     )

@@ -19,8 +19,7 @@ from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import check_first_shape
 from .accuracy import expected
 from .buoys import buoys_at_rest, buoys_of, of_buoys
-from .fatigue import of_fatigue
-from .lines import lines_at_rest, lines_of, of_lines
+from .lines import lines_at_rest, lines_of, of_fatigue, of_lines
 from .potential_flow import of_potential_flow
 from .radiation import of_shapes
 from .waves import in_waves

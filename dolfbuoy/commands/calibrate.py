@@ -68,7 +68,7 @@ def calibrate(
     say(f"scene with these numbers: {folder / 'calibrated.toml'}")
     say_warnings(found.sentences)
     if plot:
-        from ..results.residuals import residuals
+        from ..results.sweep_figure import residuals
 
         draw_into(folder, "calibrate", residuals=residuals(one))
         say(f"figure: {folder / 'figures' / 'residuals.png'}")

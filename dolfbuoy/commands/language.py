@@ -49,8 +49,7 @@ def write_new(path: Path, like: str) -> None:
     over a file.  One like a shipped scene has the scheme and step that error bars recommend.  Raises InputError."""
     from ..scene import load_scene
     from ..scene.reading import recommended
-    from ..scene.schema import FILE, as_text
-    from ..scene.template import commented
+    from ..scene.schema import FILE, as_text, commented
 
     if path.stem.startswith(".") or not path.stem.strip() or not str(path).isprintable():
         raise InputError(f"NAME = {str(path)!r}: must be the name of a file, in characters that can be printed.")

@@ -12,8 +12,7 @@ from ..forms import buoy as body
 from ..forms.kinds import Expr
 from ..forms.rotation import rotation_matrix
 from ..solver import compat
-from ..solver.fields import Fields
-from ..solver.unknowns import Block, Part
+from ..solver.unknowns import Block, Fields, Part
 
 if TYPE_CHECKING:
     from ..scene import Scene

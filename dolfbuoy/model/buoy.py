@@ -14,9 +14,8 @@ from ..forms.rotation import rotation_matrix
 from ..forms.sea import Flow, at_most
 from ..scene import Scene
 from ..solver import compat
-from ..solver.fields import Fields
 from ..solver.system import System
-from ..solver.unknowns import Block, Part, array_of
+from ..solver.unknowns import Block, Fields, Part, array_of
 from ..solver.vector_ops import Work, work
 from . import effects
 from .attachment import Attachment

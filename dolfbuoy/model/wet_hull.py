@@ -27,9 +27,8 @@ from ..scene.buoy import Buoy
 from ..scene.sections import Solver
 from ..solver import compat
 from ..solver.c_code import address, core
-from ..solver.fields import Fields
 from ..solver.system import System
-from ..solver.unknowns import array_of
+from ..solver.unknowns import Fields, array_of
 from .kinematics import on_axis, on_cells, weighted
 from .sea import SeaState
 

@@ -1,17 +1,19 @@
-"""Bending of lines at an instant: moments at the ends, the sharpest bend, and what of the allowed curvature is used."""
+"""Lines at an instant: bending moments, the sharpest bend, how far allowed curvatures are used, and grounded length."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..elsewhere import MPI
+from ..model.grounding import GroundedLength
 from ..model.moments import Moments
 from ..parallel.ranks import allreduce
-from ..solver.vector_ops import together
+from ..solver.vector_ops import together, work
 
 if TYPE_CHECKING:
     from ..model.problem import Problem
@@ -91,3 +93,36 @@ class Bending:
         if self.problem.comm.size > 1:
             self.problem.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
         self.values[:], self.utilisation[:] = found[:, :3], found[:, 3]
+
+
+class Grounded:
+    """Grounded parts of the cables of a Problem, as of the last call of its `notes`.
+
+    rows: length on the bed and the point where the uppermost piece there leaves it, (cable, 4) [m].  moments: bending
+    moments there (cable,) [N m].
+    """
+
+    def __init__(self, problem: Problem, bending: Bending | None) -> None:
+        network, self._problem, self._bending = problem.network, problem, bending
+        cables = range(len(network.cables))
+        self.rows, self.moments = np.zeros((len(cables), 4)), np.zeros(len(cables))
+        self._pieces = np.zeros((len(network.pieces), GroundedLength.SIZE))
+        self._firsts = np.array([*map(network.first_of, cables), len(network.pieces)], np.int32)
+        self._last = np.zeros(len(cables), np.int32)  # piece of each that leaves the bed there
+
+    def notes(self) -> Iterator[Callable[[], object]]:
+        """Functions that bring it up to date, in order."""
+        lines: Any = self._problem.lines
+        for piece, row in enumerate(self._pieces):
+            group, number = lines.holder(piece)
+            yield group.bed.lying(self._problem.system.u, row, number)
+        fields = {"pieces": self._pieces, "firsts": self._firsts, "cables": len(self.rows)}
+        yield work("sum_lying", "lying_cables", fields | {"rows": self.rows, "last": self._last})
+        if self._bending is not None:
+            yield self._note_moments
+
+    def _note_moments(self) -> None:
+        bending: Any = self._bending
+        for cable, piece in enumerate(self._last):
+            length, s = self._pieces[piece, :2]
+            self.moments[cable] = bending.moment_at(int(piece), s) if length > 0 else 0.0

@@ -1,7 +1,8 @@
-"""Take-offs and winches in space: between which points of a run a take-off is drawn, and at which end a winch."""
+"""Take-offs, winches and vessels in space: points between which they are drawn over time, and the wind on vessels."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -9,10 +10,13 @@ import numpy as np
 
 from ..model.prescribed_ends import motion_of
 from ..model.rigid import mooring_offset
+from ..model.sea import elevation_at, wind_at
+from ..model.varying import seed_of, wind_over_time
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..scene import Scene
     from ..scene.network import End, Network
     from .frame import Frame, Frames
 
@@ -66,3 +70,65 @@ def winches_of(network: Network) -> Iterator[tuple[str, int, int]]:
         low, high = network.pieces[piece].ends
         fixed = [end for end, holder in ((1, high), (0, low)) if holder.held or holder.kind == "buoy"]
         yield name, piece, [*fixed, 1][0]
+
+
+#: Corners of the six sides of a box, in the order of `corners_of`; and of its deck.
+SIDES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
+DECK = SIDES[-1]
+
+
+class Shell(NamedTuple):
+    """The box of a vessel by its name; paths: of its eight corners over time [m]; moves: whether they do."""
+
+    name: str
+    paths: tuple[Callable[[float], Any], ...]
+    moves: bool
+
+    def at(self, time: float) -> NDArray[Any]:
+        """Corners (8, 3) at a time [m]."""
+        return np.array([path(time) for path in self.paths], dtype=float)
+
+
+def corners_of(hull: tuple[float, float, float, float]) -> list[tuple[float, float, float]]:
+    """Corners of a box [length, breadth, keel, deck] in the frame of its vessel [m]."""
+    length, breadth, keel, deck = hull
+    return list(itertools.product((-length / 2, length / 2), (-breadth / 2, breadth / 2), (keel, deck)))
+
+
+def shells_of(frames: Frames) -> Iterator[Shell]:
+    """Boxes of the vessels that have one and move as the scene says: not those that a session drove."""
+    driven = str(frames.record.attrs.get("session", "")).removeprefix("driven: ").split(", ")
+    for vessel in frames.scene.vessel or []:
+        if vessel.hull is not None and vessel.name not in driven:
+            corners = {f"c{k}": corner for k, corner in enumerate(corners_of(vessel.hull))}
+            box = vessel.model_copy(update={"fairleads": corners})
+            tops = [box.held(name, frames.scene) for name in corners]
+            moves = any(top.kind == "prescribed" for top in tops)
+            yield Shell(vessel.name, tuple(map(motion_of, tops)), moves)
+
+
+class Blown(NamedTuple):
+    """Wind on a vessel over time: place where it acts [m], and force [N]."""
+
+    place: Callable[[float], Any]
+    force: Callable[[float], NDArray[Any]]
+
+
+def winds_of(scene: Scene, moving: bool = True) -> dict[str, Blown]:
+    """The wind on vessels by their names; moving: in a run, with waves and gusts, which an equilibrium has not."""
+    scene = scene if moving else scene.model_copy(update={"waves": None})
+    return {vessel.name: _wind_on(vessel, scene, moving) for vessel in scene.vessel or [] if vessel.wind is not None}
+
+
+def _wind_on(vessel: Any, scene: Scene, moving: bool) -> Blown:
+    wind = vessel.wind
+    point = vessel.model_copy(update={"fairleads": {"wind": (0.0, 0.0, wind.height)}})
+    place = motion_of(point.held("wind", scene))
+    blows = wind_over_time(wind, seed_of(scene, wind) if moving else None)
+
+    def force(t: float) -> NDArray[Any]:
+        x = np.array(place(t), dtype=float)
+        water = float(elevation_at(scene, t, x)) if scene.sea else 0.0
+        return wind_at(wind, x[2] - water, blows(t))
+
+    return Blown(place, force)

@@ -18,10 +18,9 @@ from ..model.varying import force_over_time, seed_of, varies, wind_over_time
 from ..scene import Scene
 from ..scene.lines import Sinker
 from ..scene.network import attached_ends
-from .devices import devices_of, winches_of
+from .devices import devices_of, shells_of, winches_of, winds_of
 from .hulls import Floating
 from .parts import names_of
-from .vessels import shells_of, winds_of
 
 if TYPE_CHECKING:
     import xarray as xr

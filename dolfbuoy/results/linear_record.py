@@ -156,7 +156,7 @@ LEAST_PART = 1e-6
 
 def dataset_of_stiffness(problem: Problem, found: Any, vessels: Sequence[Any] = ()) -> xr.Dataset:
     """Matrices of `linear.stiffness.Restoring`: the blocks of each body, with the others held; and those of
-    `linear.on_vessels`, with what lines pull with there.
+    `linear.stiffness.on_vessels`, with what lines pull with there.
 
     What is rigid is infinite, and `rigid` has its directions.
     """

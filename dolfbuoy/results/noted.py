@@ -1,4 +1,5 @@
-"""Notes of instants, of which quantities are read: the numbers of each source, and what several quantities share."""
+"""Notes of instants, of which quantities are read: the numbers of each source, what several quantities share, and
+numbers that a mooring is designed by: loads on its anchors, offsets of its buoys, their freeboard."""
 
 from __future__ import annotations
 
@@ -10,13 +11,100 @@ from numpy.typing import NDArray
 
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
+from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
-from .attitude import roll_pitch_yaw
+from ..scene import Scene
+from ..scene.anchors import anchors_of, ends_of, given_anchors
+from ..scene.lines import Sinker
+from .attitude import cone_angle, roll_pitch_yaw
 from .quantity import Absent
 
 if TYPE_CHECKING:
     from ..model.problem import Problem
-    from .design import Design
+
+
+class Design:
+    """Readers of design numbers off the notes of a scene.
+
+    anchors: see `anchors_of`.  centres: (x, y) of the mean of the anchors that hold each buoy [m], nan without any.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.network = network = scene.network
+        self.anchors, self.given = anchors_of(network), given_anchors(scene)
+        parts, places = network.parts(), {}
+        for ends in self.anchors.values():
+            cable, i = ends[0]
+            places[cable, i] = np.array(ends_of(network, cable)[i].position[:2])  # type: ignore[index]
+        self.centres = np.full((len(network.buoys), 2), np.nan)
+        for k, name in enumerate(network.buoys):
+            mine = [place for (cable, _), place in places.items() if cable in parts[name]]
+            if mine:
+                self.centres[k] = np.mean(mine, axis=0)
+
+    def pulls(self, *of_ends: NDArray[Any]) -> NDArray[Any]:
+        """Forces of the lines on the anchors (..., anchor, 3) [N], of those that hold the cables' ends.  Raises Absent
+        without an anchor."""
+        if not self.anchors:
+            raise Absent("anchors")
+        sums = [-sum(of_ends[i][..., cable, :] for cable, i in ends) for ends in self.anchors.values()]
+        return np.stack(sums, axis=-2)
+
+    def needed_weight(self, pulls: NDArray[Any]) -> NDArray[Any]:
+        """Weights in water with which sinkers just stay, H/mu + V (..., anchor) [N].  Raises Absent unless all anchors
+        are sinkers."""
+        if not self.given or any(one.friction is None for one in self.given.values()):
+            raise Absent("sinkers")
+        friction = np.array([self.given[name].friction for name in self.anchors])
+        return np.asarray(np.hypot(pulls[..., 0], pulls[..., 1]) / friction + pulls[..., 2])
+
+    def use(self, pulls: NDArray[Any]) -> NDArray[Any]:
+        """Part of what anchors hold that the lines take (..., anchor): needed weight over weight of a sinker, H over
+        the holding capacity.  Raises Absent where it is not known what they hold."""
+        if not self.given:
+            raise Absent("anchors")
+        given = [self.given[name] for name in self.anchors]
+        of_pull = np.array([1 / (one.holding_capacity or (one.weight or 1) * (one.friction or 1)) for one in given])
+        of_lift = np.array([1 / one.weight if one.weight else 0.0 for one in given])
+        return np.asarray(np.hypot(pulls[..., 0], pulls[..., 1]) * of_pull + pulls[..., 2] * of_lift)
+
+    @cached_property
+    def _sinkers(self) -> list[tuple[int, int, NDArray[Any]]]:
+        """(number of the anchor, number of the joint, place [m]) of sinkers that may be dragged."""
+        anchors, joints = list(self.anchors), list(self.network.joints)
+        bodies = [(name, body) for name, body in self.network.bodies.items() if isinstance(body, Sinker)]
+        return [(anchors.index(name), joints.index(name), np.array(body.place)) for name, body in bodies]
+
+    def moved(self, joints: NDArray[Any]) -> NDArray[Any]:
+        """Distances of sinkers from their places (..., anchor) [m], 0 for other anchors; joints: positions of all.
+        Raises Absent if none may be dragged."""
+        if not self._sinkers:
+            raise Absent("sinkers that drag")
+        found = np.zeros((*joints.shape[:-2], len(self.anchors)))
+        for anchor, joint, place in self._sinkers:
+            found[..., anchor] = np.linalg.norm(joints[..., joint, :] - place, axis=-1)
+        return found
+
+    def offset(self, position: NDArray[Any]) -> NDArray[Any]:
+        """Horizontal distances of C from the middle of the anchors (..., buoy) [m].  Raises Absent if there are none
+        for some buoy."""
+        if np.isnan(self.centres).any():
+            raise Absent("anchors")
+        x, y = np.moveaxis(position[..., :2] - self.centres, -1, 0)
+        return np.asarray(np.hypot(x, y))
+
+    @cached_property
+    def _decks(self) -> NDArray[Any]:
+        """Height of the top of each hull above C, and its radius there [m]."""
+        hulls = [
+            (mass_properties(buoy).height, *(buoy.hull or [(0.0, 0.0)])[-1]) for buoy in self.network.buoys.values()
+        ]
+        return np.array([(top - centre, diameter / 2) for centre, top, diameter in hulls]).T
+
+    def freeboard(self, state: Any, surface: NDArray[Any]) -> NDArray[Any]:
+        """Heights of the lowest points of the hulls' upper rims above the water at C (..., buoy) [m]."""
+        (height, radius), lean = self._decks, np.radians(cone_angle(state.orientation))
+        return np.asarray(state.position[..., 2] + height * np.cos(lean) - radius * np.sin(lean) - surface)
 
 
 class Hull(NamedTuple):

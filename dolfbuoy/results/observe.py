@@ -21,16 +21,14 @@ from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.vector_ops import copies, picked, together, traced
 from ..version import __version__, now
-from .bending import Bending
-from .design import Design
-from .grounded import Grounded
-from .noted import Noted
+from .bending import Bending, Grounded
+from .devices import winds_of
+from .noted import Design, Noted
 from .places import Place
 from .quantities import over
 from .quantity import Absent
 from .record import FORMAT
 from .running import Smallest, Utilisation, stressed
-from .vessels import winds_of
 
 if TYPE_CHECKING:
     from ..model.problem import Problem

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..model.sea import crest_height, heading, wavenumber
+from .devices import DECK, SIDES
 from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side
 from .frame import Frames
 from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, figure_of, matplotlib, new_figure
 from .tables import force_unit
-from .vessels import DECK, SIDES
 
 # isort: split
 from mpl_toolkits.mplot3d import proj3d

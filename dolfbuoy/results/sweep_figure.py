@@ -1,7 +1,9 @@
-"""Figures of the cases of a sweep, and of elasticities."""
+"""Figures of the cases of a sweep, of elasticities, and of a calibration."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -10,9 +12,12 @@ from numpy.typing import NDArray
 from ..scene.variants import SEED
 from . import style
 from .quantities import shown_in
-from .series import each_series
-from .style import COLORS, PAGE, STYLE, Figure, matplotlib, new_figure
+from .series import described, each_series
+from .style import COLORS, PAGE, STYLE, Figure, legend_below, matplotlib, new_figure
 from .tables import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
@@ -93,4 +98,25 @@ def tornado(names: Sequence[str], columns: Mapping[str, NDArray[Any]]) -> Figure
             ax.axvline(0, color=COLORS["ink"], linewidth=0.6)
             ax.grid(visible=False, axis="y")
             ax.set(title=title, xlabel="% for 1 %")
+    return figure
+
+
+SHOWN = 4  #: series at most
+
+
+def residuals(dataset: xr.Dataset) -> Figure:
+    """A column for each series: above what was measured and computed, below computed - measured."""
+    with matplotlib.rc_context(STYLE):
+        labels = list(dict.fromkeys(dataset.series.values.astype(str)))[:SHOWN]
+        figure = new_figure(PAGE, 3.4)
+        axes = figure.subplots(2, len(labels), squeeze=False, sharex=True, height_ratios=(2, 1))
+        for (above, below), label in zip(axes.T, labels, strict=True):
+            one = dataset.isel(sample=dataset.series.values.astype(str) == label)
+            above.plot(one.time, one.measured, ".", ms=2, color=COLORS["ink"], label="measured")
+            above.plot(one.time, one.computed, color=COLORS["blue"], label="computed")
+            above.set(title=label, ylabel=f"[{described(label)[0]}]")
+            below.plot(one.time, one.computed - one.measured, color=COLORS["red"], linewidth=0.7)
+            below.axhline(0, color=COLORS["ink"], linewidth=0.5)
+            below.set(xlabel="time [s]", ylabel="difference")
+        legend_below(figure, 0.25, 2, axes[0, 0].get_lines())
     return figure

@@ -1,5 +1,6 @@
 """Unknowns as parts and blocks, and compiled forms that add to their residual and matrix."""
 
+from collections import namedtuple
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
@@ -156,3 +157,40 @@ class Contribution:
     def add_to_vector(self, b: Array) -> None:
         """Add to the local residual `b`."""
         compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, self.coefficients)
+
+
+class Fields:
+    """A state of named vectors: Fields(position=3, orientation=4) has seven components.
+
+    `names`; `size`; `slices[name]`.
+    """
+
+    def __init__(self, **sizes: int) -> None:
+        ends = np.cumsum(list(sizes.values())).tolist()
+        self.names, self.size = tuple(sizes), ends[-1]
+        self.slices = {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+        make: Any = namedtuple  # of names that are known here only
+        self._tuple = make("State", self.names)
+
+    def of(self, array: Array) -> Any:
+        """Views of an array (..., size) by name: `.position` and so on."""
+        return self._tuple(*[array[..., place] for place in self.slices.values()])
+
+    def split(self, vector: Any) -> Any:
+        """UFL vectors by name, of a UFL vector with `size` components."""
+        components = [vector[i] for i in range(self.size)]
+        return self._tuple(*(ufl.as_vector(components[place]) for place in self.slices.values()))
+
+    def mask(self, *names: str) -> Array:
+        """Which components belong to these names, a bool array (size,)."""
+        found = np.zeros(self.size, dtype=bool)
+        for name in names:
+            found[self.slices[name]] = True
+        return found
+
+    def filled(self, **values: Any) -> Array:
+        """An array (size,) with a value, or values, for each name."""
+        array = np.zeros(self.size)
+        for name in self.names:
+            array[self.slices[name]] = values[name]
+        return array

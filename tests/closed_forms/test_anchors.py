@@ -12,7 +12,7 @@ from every_key import shows
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
-from dolfbuoy.results.design import Design
+from dolfbuoy.results.noted import Design
 from dolfbuoy.results.summary import static_warnings, warnings
 from dolfbuoy.scene.anchors import anchors_of
 

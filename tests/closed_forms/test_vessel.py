@@ -20,10 +20,10 @@ from dolfbuoy.model.riding import rider_of
 from dolfbuoy.model.sea import elevation_at
 from dolfbuoy.model.varying import Gusts
 from dolfbuoy.page.run_page import data_of
+from dolfbuoy.results.devices import winds_of
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.series import series_of
 from dolfbuoy.results.summary import summary
-from dolfbuoy.results.vessels import winds_of
 from dolfbuoy.scene.cable import EndDirection
 
 ROPE = {"length": 34.0, "line_density": 4.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 4}

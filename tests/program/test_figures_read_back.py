@@ -15,10 +15,9 @@ from dolfbuoy.model.varying import wind_over_time
 from dolfbuoy.results.after_ramp import TooShort
 from dolfbuoy.results.figures import MOST_PARTS, _largest
 from dolfbuoy.results.frame import Frames, pieces_of
-from dolfbuoy.results.residuals import residuals
 from dolfbuoy.results.statistics import collect
 from dolfbuoy.results.style import COLORS
-from dolfbuoy.results.sweep_figure import draw, tornado
+from dolfbuoy.results.sweep_figure import draw, residuals, tornado
 
 
 def drawn(axes):

@@ -22,10 +22,10 @@ from test_numbers_shown import RUNS, made_up_offsets, made_up_response, run
 from dolfbuoy import figures
 from dolfbuoy.page.report import _figures
 from dolfbuoy.results import draw3d, linear_figures, statistics_figures, style
+from dolfbuoy.results.devices import DECK
 from dolfbuoy.results.sample import Fatigue
 from dolfbuoy.results.statistics import together
 from dolfbuoy.results.sweep_figure import draw, tornado
-from dolfbuoy.results.vessels import DECK
 
 snapshot = importlib.import_module("dolfbuoy.results.snapshot")  # a function hides it
 T = RECORD.time.values

@@ -14,8 +14,8 @@ from scipy.interpolate import CubicSpline
 
 from dolfbuoy import load_scene
 from dolfbuoy.model import airy, layout, prescribed_ends, problem, varying
+from dolfbuoy.model.bodies import Landing
 from dolfbuoy.model.interface import Evolution, Model
-from dolfbuoy.model.landing import Landing
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.parting import Parting
 from dolfbuoy.model.problem import COLLECTED, Problem  # before conftest.py makes the number larger

@@ -38,7 +38,7 @@ from dolfbuoy.results.statistics import Run, together
 from dolfbuoy.results.style import at_least
 from dolfbuoy.scene.fatigue import TINY
 from dolfbuoy.scene.petsc_options import checked
-from dolfbuoy.scene.template import _meaning
+from dolfbuoy.scene.schema import _meaning
 
 calibration, uncertainty = (
     importlib.import_module(f"dolfbuoy.sensitivity.{n}") for n in ("calibration", "uncertainty")

@@ -15,7 +15,7 @@ from matplotlib.image import imread
 from mpi4py import MPI
 
 from dolfbuoy import figures, load_scene
-from dolfbuoy.results import bars, devices, lifetime, record, running, style, sweep_figure, vessels
+from dolfbuoy.results import bars, devices, lifetime, record, running, style, sweep_figure
 from dolfbuoy.results.after_ramp import Missing
 from dolfbuoy.results.extremes import Gumbel
 from dolfbuoy.results.observe import Observer
@@ -45,25 +45,25 @@ def test_boxes_of_vessels():
         vessel = ship | ({"hull": hull} if hull else {})
         scene = load_scene({"vessel": [vessel, moved], "cable": lines, "time": {"end": 10.0, "step": 0.1}})
         attrs = {"session": session} if session else {}
-        found = {one.name: one for one in vessels.shells_of(Fake(scene=scene, record=Fake(attrs=attrs)))}
+        found = {one.name: one for one in devices.shells_of(Fake(scene=scene, record=Fake(attrs=attrs)))}
         assert list(found) == names
         if "ship" in names:
             expected = [[1 - y, x, z] for x in (-6, 6) for y in (-2, 2) for z in (-1, 2)]
             np.testing.assert_allclose(found["ship"].at(3.0), expected, atol=1e-12)
             assert not found["ship"].moves
-            assert found["ship"].at(3.0)[vessels.DECK, 2].tolist() == [2.0] * 4
+            assert found["ship"].at(3.0)[devices.DECK, 2].tolist() == [2.0] * 4
         if "boat" in names:
             expected = [[5 + x, 50 + y, z] for x in (-2, 2) for y in (-1, 1) for z in (-1, 1)]
             np.testing.assert_allclose(found["boat"].at(10.0), expected, atol=1e-12)
             assert found["boat"].moves
-    assert list(vessels.shells_of(Fake(scene=Fake(vessel=None), record=Fake(attrs={})))) == []
+    assert list(devices.shells_of(Fake(scene=Fake(vessel=None), record=Fake(attrs={})))) == []
 
 
 def test_sides_of_a_box_are_its_faces():
     """Each in one plane, its corners one after the other around it."""
-    corners = np.array(vessels.corners_of((2.0, 4.0, -1.0, 5.0)))
+    corners = np.array(devices.corners_of((2.0, 4.0, -1.0, 5.0)))
     assert corners.tolist() == [[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-1, 5)]
-    faces = corners[vessels.SIDES]
+    faces = corners[devices.SIDES]
     flat = [(int(np.argmin(np.ptp(face, axis=0))), float(face[0][np.argmin(np.ptp(face, axis=0))])) for face in faces]
     assert flat == [(0, -1.0), (0, 1.0), (1, -2.0), (1, 2.0), (2, -1.0), (2, 5.0)]
     steps = np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=2)

@@ -11,7 +11,7 @@ from told import SHIP
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.formats import moordyn_text
 from dolfbuoy.formats.names import LONGEST, Names
-from dolfbuoy.results.vessels import DECK, SIDES, corners_of
+from dolfbuoy.results.devices import DECK, SIDES, corners_of
 from dolfbuoy.scene import cable, reading, sentences, variants, wave_files
 from dolfbuoy.sensitivity import expressions
 
