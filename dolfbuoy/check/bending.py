@@ -10,7 +10,7 @@ from ..meshes import cable_nodes
 from ..model.attachment import CLAMPED
 from ..model.problem import Problem
 from ..parallel.ranks import bcast
-from ..results.bending import Bending
+from ..results.running import Bending
 
 if TYPE_CHECKING:
     from .report import Report

@@ -21,8 +21,7 @@ from .accuracy import expected
 from .buoys import buoys_at_rest, buoys_of, of_buoys
 from .lines import lines_at_rest, lines_of, of_fatigue, of_lines
 from .potential_flow import of_potential_flow
-from .radiation import of_shapes
-from .waves import in_waves
+from .waves import in_waves, of_shapes
 from .weather import of_weather
 
 #: Part of its range by which a motion along rows may go beyond them without a warning.

@@ -75,9 +75,8 @@ def statistics(
     from ..elsewhere import MPI
     from ..results.folder import claimed
     from ..results.lifetime import against_seeds, lifetime
-    from ..results.runs import run_of, runs_of
     from ..results.sample import Fatigue
-    from ..results.statistics import together
+    from ..results.statistics import run_of, runs_of, together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing

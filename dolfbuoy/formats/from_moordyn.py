@@ -22,9 +22,9 @@ import numpy as np
 from ..errors import InputError
 from ..scene.quantities import number_of
 from . import moordyn_events
+from .moordyn_files import DEPTH, density_of, world
 from .moordyn_rods import FIXED, FREE, MOVED, Places, key_of
 from .moordyn_text import Row, Tables, canonical, is_nothing, is_number, parse
-from .moordyn_world import DEPTH, density_of, world
 from .names import Names, Note
 
 #: What the columns of version 1 are called, in the order of its files.

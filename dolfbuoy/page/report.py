@@ -262,9 +262,8 @@ def _varied(dataset: xr.Dataset) -> dict[str, str]:
 
 def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None:
     """Statistics of all cases together, and the verdicts that govern; None if none ran beyond its ramp."""
-    from ..results.runs import runs_of
     from ..results.sample import Fatigue
-    from ..results.statistics import together
+    from ..results.statistics import runs_of, together
 
     try:
         runs = runs_of([folder])

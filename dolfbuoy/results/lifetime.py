@@ -11,10 +11,9 @@ import xarray as xr
 from ..errors import InputError
 from ..scene.variants import in_words, probabilities
 from .extremes import DURATION, HOURS, Gumbel
-from .runs import Run
 from .sample import YEAR, Fatigue
 from .series import described, place_of
-from .statistics import curves_in_words, gumbels, labels_of, shortest_life
+from .statistics import Run, curves_in_words, gumbels, labels_of, shortest_life
 
 #: Of the largest value, by default.
 YEARS = 50.0

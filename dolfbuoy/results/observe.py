@@ -21,14 +21,13 @@ from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.vector_ops import copies, picked, together, traced
 from ..version import __version__, now
-from .bending import Bending, Grounded
 from .devices import winds_of
 from .noted import Design, Noted
 from .places import Place
 from .quantities import over
 from .quantity import Absent
 from .record import FORMAT
-from .running import Smallest, Utilisation, stressed
+from .running import Bending, Grounded, Smallest, Utilisation, stressed
 
 if TYPE_CHECKING:
     from ..model.problem import Problem

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DOFS = ("Surge", "Heave", "Pitch")
 WHOLE, UNDISTURBED, DIFFRACTED = "excitation_force", "Froude_Krylov_force", "diffraction_force"
-#: Of (1, surge, heave, pitch), which `formats.far_field` makes.
+#: Of (1, surge, heave, pitch), which `formats.capytaine` makes.
 MEAN_DRIFT = "mean_drift"
 #: Fewest frequencies of which a memory can be made; part of the largest damping that one below zero may have.
 FEWEST, BELOW_ZERO = 12, 0.05

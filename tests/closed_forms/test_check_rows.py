@@ -13,7 +13,7 @@ from alone import solve_static
 from scipy.integrate import quad
 
 from dolfbuoy import load_scene
-from dolfbuoy.check import check, derived, potential_flow, radiation
+from dolfbuoy.check import check, derived, potential_flow, waves
 from dolfbuoy.check.buoys import buoys_of
 from dolfbuoy.check.lines import lines_of
 from dolfbuoy.check.report import Report
@@ -286,11 +286,11 @@ def test_what_is_said_of_a_memory(monkeypatch, error, inconsistent, said):
 def test_a_hull_that_is_no_cylinder(monkeypatch, own, said):
     """A draft of 1 m of the cylinder is 0.67 to 1.5 times that of the hull, or its share is told."""
     found = SimpleNamespace(cylinder=SimpleNamespace(draft=1.0, radius=1.0), draft=own)
-    monkeypatch.setattr(radiation, "estimate", lambda *_: found)
+    monkeypatch.setattr(waves, "estimate", lambda *_: found)
     buoy = {"hull": [[0.0, 3.0], [1.2, 3.0]], "mass": 3000.0, "center_of_mass": 0.6, "wave_damping": "radiation"}
     scene = load_scene({"sea": {"depth": 40.0}, "buoy": buoy})
     report = Report([])
-    radiation.of_shapes(scene, buoys_of(scene), report)
+    waves.of_shapes(scene, buoys_of(scene), report)
     words = [text for text in report.warnings if "The hull is no cylinder" in text]
     assert len(words) == said
     assert all(f"has {1 / own:.2g} of its draft" in text for text in words)

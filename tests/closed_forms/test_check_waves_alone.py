@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from test_check_alone import upright
 
-from dolfbuoy.check import potential_flow, radiation, waves, weather
+from dolfbuoy.check import potential_flow, waves, weather
 from dolfbuoy.check.report import Report
 from dolfbuoy.errors import InputError
 from dolfbuoy.scene.waves import Waves
@@ -112,9 +112,9 @@ def test_radiation_that_would_damp_a_resonance(monkeypatch, period, heave, of_dr
     found = Fake(
         heave=omega, pitch=omega, of_heave=(500.0, 2 * omega * 1500 * heave), of_pitch=(1.0, 2 * omega * 10 * 0.031)
     )
-    monkeypatch.setattr(radiation, "estimate", lambda scene, section: found)
+    monkeypatch.setattr(waves, "estimate", lambda scene, section: found)
     report = Report([])
-    radiation.of_radiation(None, Fake(main_period=period), of_drag, upright(), report, radiation.NEAR)
+    waves.of_radiation(None, Fake(main_period=period), of_drag, upright(), report, waves.NEAR)
     assert report.numbers == [
         ("heave damping ratio by waves of its own", pytest.approx(heave, rel=1e-12), "", "an estimate; period 10 s"),
         ("pitch damping ratio by waves of its own", pytest.approx(0.031, rel=1e-12), "", "an estimate; period 10 s"),
@@ -122,15 +122,13 @@ def test_radiation_that_would_damp_a_resonance(monkeypatch, period, heave, of_dr
     assert [sentence.split(",")[0].removeprefix("The natural period of ") for sentence in report.warnings] == motions
     given = Fake(wave_damping=[1.0, 2.0], potential_flow=None), Fake(wave_damping=None, potential_flow="flow")
     for section in given:
-        radiation.of_radiation(
-            None, Fake(main_period=period), of_drag, upright(section=section), report, radiation.NEAR
-        )
+        waves.of_radiation(None, Fake(main_period=period), of_drag, upright(section=section), report, waves.NEAR)
 
     def drowned(scene, section):
         raise InputError("it sinks")
 
-    monkeypatch.setattr(radiation, "estimate", drowned)
-    radiation.of_radiation(None, Fake(main_period=period), of_drag, upright(), report, radiation.NEAR)
+    monkeypatch.setattr(waves, "estimate", drowned)
+    waves.of_radiation(None, Fake(main_period=period), of_drag, upright(), report, waves.NEAR)
     assert len(report.numbers) == 2
 
 

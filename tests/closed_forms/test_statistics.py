@@ -21,10 +21,9 @@ from dolfbuoy.model.sea import elevation_at
 from dolfbuoy.results import extremes
 from dolfbuoy.results.offsets import smallest_circle
 from dolfbuoy.results.parts import alone
-from dolfbuoy.results.runs import set_of
 from dolfbuoy.results.sample import NUMBERS, Fatigue, binned, sample_of
 from dolfbuoy.results.series import Series, described
-from dolfbuoy.results.statistics import exceedance
+from dolfbuoy.results.statistics import exceedance, set_of
 from dolfbuoy.scene.waves import Waves
 from dolfbuoy.studies.one_case import BINS
 

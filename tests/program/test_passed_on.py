@@ -177,7 +177,7 @@ def test_potential_flow(passed, monkeypatch):
 
 
 def test_statistics(passed, monkeypatch):
-    place = "dolfbuoy.results.runs.runs_of"
+    place = "dolfbuoy.results.statistics.runs_of"
     assert passed(place, "statistics", "a", "b") == (([Path("a"), Path("b")], None, None), {})
     words = ["--from", "3", "--point", "1,2", "--exponent", "4", "--curve", "1e14 N^3", "--corrosion", "0.01"]
     given, _ = passed(place, "statistics", "a", *words)
@@ -196,7 +196,7 @@ def test_statistics(passed, monkeypatch):
     monkeypatch.setattr("dolfbuoy.results.statistics.together", lambda *_: xr.Dataset())
     (runs, table, _, years), _ = passed("dolfbuoy.results.lifetime.lifetime", "statistics", "a", "--scatter", "s.csv")
     assert (runs, table, years) == ("runs", Path("s.csv"), 50.0)
-    monkeypatch.setattr("dolfbuoy.results.runs.run_of", lambda folder: f"run of {folder}")
+    monkeypatch.setattr("dolfbuoy.results.statistics.run_of", lambda folder: f"run of {folder}")
     given, _ = passed("dolfbuoy.results.lifetime.against_seeds", "statistics", "a", "--design", "d")
     assert given == ("runs", "run of d")
 

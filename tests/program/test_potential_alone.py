@@ -12,7 +12,7 @@ import xarray as xr
 from scipy.integrate import quad
 
 from dolfbuoy import InputError
-from dolfbuoy.formats import capytaine, far_field
+from dolfbuoy.formats import capytaine
 from dolfbuoy.formats.capytaine import Floating, meridian
 from dolfbuoy.meshes import HullShape
 
@@ -164,7 +164,7 @@ def test_weight_of_a_depth(k, h):
     whole, _ = quad(
         lambda z: (math.exp(k * z) if math.isinf(h) else math.cosh(k * (z + h)) / math.cosh(k * h)) ** 2, low, 0
     )
-    found = far_field.weight(Fake(wavenumber=k, water_depth=h, omega=omega, g=9.79))
+    found = capytaine.weight(Fake(wavenumber=k, water_depth=h, omega=omega, g=9.79))
     assert found == pytest.approx(1 / (2 * whole), rel=1e-7)
 
 
@@ -190,7 +190,7 @@ def test_waves_of_panels(h):
             slope = (wave(centers[i] + step, theta) - wave(centers[i] - step, theta)) / 2e-5
             total += areas[i] * (velocity[i] * wave(centers[i], theta) - phi[i] * slope)
         expected.append(total / (4 * math.pi))
-    np.testing.assert_allclose(far_field.kochin(result, 4), expected, rtol=1e-9)
+    np.testing.assert_allclose(capytaine.kochin(result, 4), expected, rtol=1e-9)
 
 
 def test_forces_of_known_waves(monkeypatch):
@@ -206,11 +206,11 @@ def test_forces_of_known_waves(monkeypatch):
         a, b = parts[of.name]
         return a + b * np.cos(2 * math.pi / count * np.arange(count))
 
-    monkeypatch.setattr(far_field, "kochin", waves)
+    monkeypatch.setattr(capytaine, "kochin", waves)
     results = [result(omega, dof) for omega in (2.0, math.inf) for dof in parts]
     results += [result(3.0, dof) for dof in ("", "Surge", "Heave")]
     results += [Fake(omega=4.0, radiating_dof=dof) for dof in parts]  # without details
-    found = far_field.quadratic_forms(results[::-1])
+    found = capytaine.quadratic_forms(results[::-1])
     assert list(found) == [2.0]
     expected = np.empty((4, 4), dtype=complex)
     for i, (a, b) in enumerate(parts.values()):

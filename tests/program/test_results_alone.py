@@ -28,7 +28,6 @@ from dolfbuoy.results import (
     measured,
     paraview,
     quantities,
-    runs,
     statistics,
     trajectories,
 )
@@ -371,12 +370,12 @@ def test_what_is_no_number_is_text():
 
 def test_runs_have_the_numbers_of_their_places(tmp_path):
     record = RECORD.assign_attrs(scene=SCENE.to_toml())
-    assert [one.name for one in runs.runs_of([record, record], 9.0, (1.0, 2.0))] == ["run 0", "run 1"]
-    assert runs.run_of(record).name == "run 0"
+    assert [one.name for one in statistics.runs_of([record, record], 9.0, (1.0, 2.0))] == ["run 0", "run 1"]
+    assert statistics.run_of(record).name == "run 0"
     (tmp_path / "cases").mkdir()
     for more in ({"start": 1.0}, {"point": (1.0, 2.0)}):
         with pytest.raises(InputError, match="a sweep keeps no records"):
-            runs.runs_of([tmp_path], **more)
+            statistics.runs_of([tmp_path], **more)
 
 
 def test_lives_without_damage_and_series_without_a_line():

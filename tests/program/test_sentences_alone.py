@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.results import cautions, criteria, linear_record, running, statistics, statistics_figures, summary
 from dolfbuoy.results.criteria import Verdict
-from dolfbuoy.results.runs import Run
 from dolfbuoy.results.sample import Fatigue
+from dolfbuoy.results.statistics import Run
 from dolfbuoy.results.sweep_figure import residuals
 
 LENGTH = 22.0  # of the line of the made-up record

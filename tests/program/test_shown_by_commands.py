@@ -120,7 +120,7 @@ def test_files_of_statistics(call, tmp_path, monkeypatch):
     """A file of each that is asked for, each shown from its own; none is replaced unless that is wanted."""
     monkeypatch.chdir(tmp_path)
     shown = []
-    for name in ("runs.runs_of", "runs.run_of", "statistics_figures.draw_all"):
+    for name in ("statistics.runs_of", "statistics.run_of", "statistics_figures.draw_all"):
         monkeypatch.setattr(f"dolfbuoy.results.{name}", lambda *_: None)
     for place, number in (("statistics.together", 1), ("lifetime.lifetime", 2), ("lifetime.against_seeds", 3)):
         monkeypatch.setattr(f"dolfbuoy.results.{place}", lambda *_, number=number: xr.Dataset(attrs={"n": number}))

@@ -17,8 +17,7 @@ from scipy.special import hankel1, jv
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.model.airy import AirySum, spectrum_of
-from dolfbuoy.model.drift import mean_drift, of_components, transfer
-from dolfbuoy.model.potential_flow import wavenumbers
+from dolfbuoy.model.potential_flow import mean_drift, of_components, transfer, wavenumbers
 from dolfbuoy.scene.reading import merged
 
 RHO, G, MASS = 1025.0, 9.81, 2576.1
@@ -229,7 +228,7 @@ def solved(draft, depth, omega, around=24):
 @pytest.mark.slow
 def test_drift_of_a_held_cylinder():
     """A deep one scatters waves as one without end does: within 2 % of the series, which tends to 2/3 rho g R a^2."""
-    from dolfbuoy.formats.far_field import quadratic_forms
+    from dolfbuoy.formats.capytaine import quadratic_forms
 
     theta, n = np.linspace(0, 2 * np.pi, 400), np.arange(60)
 
@@ -252,11 +251,11 @@ def test_drift_of_a_held_cylinder():
 @pytest.mark.parametrize("depth", [3.0, np.inf])
 def test_momentum_and_energy_of_a_free_body(depth):
     """Nothing takes energy: the waves that go away carry that of the wave, and D = int (1 - cos theta) of their own."""
-    from dolfbuoy.formats import far_field
+    from dolfbuoy.formats import capytaine
 
     omega = [1.6, 2.3, 3.2]
     results = solved(0.8, depth, omega)
-    forms = far_field.quadratic_forms(results)
+    forms = capytaine.quadratic_forms(results)
     for w in omega:
         of = {getattr(r, "radiating_dof", ""): r for r in results if abs(float(r.omega) - w) < 1e-9}
         dofs, wave = ("Surge", "Heave", "Pitch"), of[""]
@@ -271,10 +270,10 @@ def test_momentum_and_energy_of_a_free_body(depth):
         stiffness = np.diag([0.0, RHO * G * math.pi, 900.0])
         motion = np.linalg.solve(stiffness - w**2 * (np.diag([MASS, MASS, 1500.0]) + A) - 1j * w * B, X)
         y = np.append(1.0, motion)
-        H = 1j * y @ np.array([far_field.kochin(of[name], far_field.DIRECTIONS) for name in ("", *dofs)])
+        H = 1j * y @ np.array([capytaine.kochin(of[name], capytaine.DIRECTIONS) for name in ("", *dofs)])
         turn = 2 * np.pi / len(H)
         taken = -2 * np.pi * RHO * G * wave.wavenumber / w * H[0].imag  # energy over the speed of the crests
-        away = 2 * np.pi * RHO * wave.wavenumber * far_field.weight(wave) * turn * np.abs(H) ** 2
+        away = 2 * np.pi * RHO * wave.wavenumber * capytaine.weight(wave) * turn * np.abs(H) ** 2
         assert away.sum() == pytest.approx(taken, rel=0.05)
         drift = np.sum(away * (1 - np.cos(turn * np.arange(len(H)))))
         assert (y.conj() @ forms[w] @ y).real == pytest.approx(drift, abs=0.05 * away.sum())
@@ -286,7 +285,7 @@ def test_far_field_of_capytaine():
     cpt = pytest.importorskip("capytaine", reason="Capytaine is optional: pip install 'dolfbuoy[potential]'")
     from capytaine.post_pro.kochin import compute_kochin
 
-    from dolfbuoy.formats.far_field import kochin
+    from dolfbuoy.formats.capytaine import kochin
 
     for result in solved(0.8, 20.0, [2.3]):
         sources = cpt.BEMSolver(method="indirect").solve(result.problem, keep_details=True)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from dolfbuoy.commands import potential
 from dolfbuoy.errors import InputError
-from dolfbuoy.formats import capytaine, far_field
+from dolfbuoy.formats import capytaine
 from dolfbuoy.scene import load_scene
 
 DOFS = ("Surge", "Heave", "Pitch")
@@ -171,7 +171,7 @@ def shown(data):
 def told():
     """Panels, what is asked, and what is made of the answers, of a hull in shallow and one in deep water."""
     global SOUND
-    print(CONSTANTS, far_field.DIRECTIONS)
+    print(CONSTANTS, capytaine.DIRECTIONS)
     for name, depth in (("disc-buoy", None), ("free-buoy", math.inf)):
         hull = potential._floating(load_scene(name), None)
         hull = hull if depth is None else capytaine.Floating(hull.shape, hull.draft, depth, hull.density, hull.gravity)

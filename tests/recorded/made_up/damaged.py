@@ -21,7 +21,7 @@ from dolfbuoy.elsewhere import _check_temporary_folder
 from dolfbuoy.formats import files
 from dolfbuoy.linear.potential_flow import read_capytaine
 from dolfbuoy.model import feasible, memory_fit
-from dolfbuoy.results import checkpoint, folder, paraview, record, running, runs
+from dolfbuoy.results import checkpoint, folder, paraview, record, running, statistics
 from dolfbuoy.scene import potential_flow, stream, wave_files
 from dolfbuoy.scene.buoy import HAS_THEM
 
@@ -219,7 +219,7 @@ def of_folders():
         partial(running.Extremes.restore, kept, np.ones(3)),
     )
     Path("sweep/cases").mkdir(parents=True)
-    refused(partial(runs.runs_of, ["sweep"], start=1.0), partial(runs.runs_of, ["sweep"]))
+    refused(partial(statistics.runs_of, ["sweep"], start=1.0), partial(statistics.runs_of, ["sweep"]))
     Path("file").write_text("")
     for name, content in {
         "listed": {"run": {"files": ["../x"]}},

@@ -17,9 +17,8 @@ from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.feasible import check_feasible
 from dolfbuoy.page import folder
 from dolfbuoy.results import figures
-from dolfbuoy.results.runs import Run, runs_of
 from dolfbuoy.results.sample import Fatigue
-from dolfbuoy.results.statistics import gumbels
+from dolfbuoy.results.statistics import Run, gumbels, runs_of
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
 from dolfbuoy.statics.equilibrium import _check_determined
 from dolfbuoy.statics.first_shape import check_first_shape

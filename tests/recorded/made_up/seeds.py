@@ -10,9 +10,8 @@ from told import refused
 from dolfbuoy import load_scene
 from dolfbuoy.commands.statistics import show
 from dolfbuoy.results.lifetime import against_seeds, lifetime
-from dolfbuoy.results.runs import runs_of
 from dolfbuoy.results.sample import Fatigue
-from dolfbuoy.results.statistics import together
+from dolfbuoy.results.statistics import runs_of, together
 from dolfbuoy.results.statistics_figures import draw_all
 
 FATIGUE = {"curve": "API studless", "safety_factor": 5.0, "corrosion_rate": 2e-4}
