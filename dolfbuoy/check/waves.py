@@ -17,7 +17,7 @@ from ..model.spectra import Spectrum
 from ..results.extremes import components_needed, crests_of, largest_crest, memory_of
 from ..scene import Scene
 from ..scene.quantities import Wrong
-from ..scene.shapes import BY_SHAPE, SHAPES, SOURCE, Estimate, estimate
+from ..scene.shapes import BY_SHAPE, SHAPES, SOURCE, estimate
 from ..scene.stream import STEEPEST as STEEPEST_WAVE
 from ..scene.waves import Waves
 from .buoys import Upright
@@ -292,11 +292,11 @@ def of_radiation(
         found = estimate(scene, buoy.section)
     except (Wrong, InputError):  # it is drowned or has no water plane
         return
-    for motion, omega, ratio, enough in (
-        ("heave", found.heave, _heave_ratio(buoy, found), MUCH * of_drag),
-        ("pitch", found.pitch, _pitch_ratio(buoy, found), LEAST),
+    for motion, omega, (added, damping), inertia, enough in (
+        ("heave", found.heave, found.of_heave, buoy.mass.mass, MUCH * of_drag),
+        ("pitch", found.pitch, found.of_pitch, buoy.mass.inertia[0], LEAST),
     ):
-        period = 2 * math.pi / omega
+        ratio, period = damping / (2 * omega * (inertia + added)), 2 * math.pi / omega
         report.add(f"{motion} damping ratio by waves of its own", ratio, "", f"an estimate; period {period:.3g} s")
         drag = f", by drag {of_drag:.2g}" if motion == "heave" else ""
         report.warn(
@@ -304,11 +304,3 @@ def of_radiation(
             f"The natural period of {motion}, {period:.3g} s, is among those of the waves, and the hull makes waves "
             f"that damp it with a ratio of {ratio:.2g}{drag}: buoy.wave_damping = 'radiation' has them.",
         )
-
-
-def _heave_ratio(buoy: Upright, found: Estimate) -> float:
-    return found.of_heave[1] / (2 * found.heave * (buoy.mass.mass + found.of_heave[0]))
-
-
-def _pitch_ratio(buoy: Upright, found: Estimate) -> float:
-    return found.of_pitch[1] / (2 * found.pitch * (buoy.mass.inertia[0] + found.of_pitch[0]))

@@ -8,14 +8,8 @@ import numpy as np
 from ..errors import InputError
 from ..model.rigid import rotation_of
 from ..motion.simulation import Simulation
-from ..scene import Scene
 from ..scene.vessel import Vessel
 from .paths import Array, Pose, Wrench
-
-
-def vessels_of(scene: Scene) -> dict[str, Vessel]:
-    """The vessels of a scene by name."""
-    return {vessel.name: vessel for vessel in scene.vessel or []}
 
 
 class Carried:

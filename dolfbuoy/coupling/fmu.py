@@ -145,14 +145,8 @@ def description(scene: "Scene", layout: Layout, name: str, token: str) -> bytes:
     numbers, structure = (ElementTree.SubElement(root, part) for part in ("ModelVariables", "ModelStructure"))
     known = {"valueReference": "0", "causality": "independent", "variability": "continuous", "unit": "s"}
     ElementTree.SubElement(numbers, "Float64", {"name": "time"} | known)
-    known = {
-        "valueReference": "1",
-        "causality": "parameter",
-        "variability": "tunable",
-        "start": "1",
-        "min": "0",
-        "max": "2",
-    }
+    known = {"valueReference": "1", "causality": "parameter", "variability": "tunable"}
+    known |= {"start": "1", "min": "0", "max": "2"}
     text = (
         "inputs are places at the end of a step (0), or at its beginning: on a line (1) or parabola (2) from there on"
     )

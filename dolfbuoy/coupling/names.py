@@ -79,12 +79,15 @@ def holding_joints(scene: Scene, driven: Iterable[str], comm: Any) -> Scene:
     return scene.model_copy(update={"joint": held})
 
 
-def _place_of(problem: Problem, name: str) -> tuple[float, float, float]:
-    """Place of a joint [m], on every rank."""
-    piece, end = problem.network.meetings()[name][0]
+def end_now(problem: Any, piece: int, end: int) -> list[float]:
+    """Present position of an end of a piece [m], on every rank."""
     mine = problem.system.u[problem.lines.end_dofs[piece][end]] if problem.lines.owns_end(piece, end) else None
-    x, y, z = next(place for place in problem.comm.allgather(mine) if place is not None)
-    return float(x), float(y), float(z)
+    return [float(x) for x in next(place for place in problem.comm.allgather(mine) if place is not None)]
+
+
+def _place_of(problem: Problem, name: str) -> tuple[float, ...]:
+    """Place of a joint [m], on every rank."""
+    return tuple(end_now(problem, *problem.network.meetings()[name][0]))
 
 
 def wound_piece(network: Network, name: str) -> int | None:
@@ -134,14 +137,11 @@ def loaded_rows(problem: Any, name: str, driven: Any) -> tuple[int, Array]:
     pairs = [(k, i) for k, i in ends_of(network, name) if network.pieces[k].ends[i].kind in ("free", "joint")]
     if not pairs:
         known = [buoy for buoy in network.buoys if buoy not in driven] + list(network.meetings())
-        known += [f"{cable}.to" for k, cable in enumerate(network.cables) if _is_free(network, k)]
+        tops = {cable: network.pieces[network.last_of(k)].ends[1] for k, cable in enumerate(network.cables)}
+        known += [f"{cable}.to" for cable, top in tops.items() if top.kind == "free"]
         raise InputError(f"load: {name!r} must be of what moves freely: {', '.join(known) or 'there is nothing'}.")
     if name in network.bodies:  # its rows, not those of a line there, whose tension is read off them
         bodies = problem.bodies
         return 3, bodies.part.offset + bodies.dofs[bodies.names.index(name)] if bodies else np.zeros(0, int)
     piece, end = pairs[0]
     return 3, problem.lines.end_dofs[piece][end] if problem.lines.owns_end(piece, end) else np.zeros(0, int)
-
-
-def _is_free(network: Network, cable: int) -> bool:
-    return network.pieces[network.last_of(cable)].ends[1].kind == "free"

@@ -28,7 +28,7 @@ from ..results.observe import Observer
 from ..results.recorder import Recorder
 from ..scene import Scene, load_scene
 from . import names
-from .carried import Carried, vessels_of
+from .carried import Carried
 from .forces import Force, state_of
 from .paths import LARGEST, Array, BodyState, Length, Path, Pose, Wrench, numbers_of
 from .saved import Saved, copied, kept, own_of, pack, put_back, take_up, unpack
@@ -97,7 +97,7 @@ class Session:
     def _begin(self, driven: Iterable[str], point: checkpoint.Checkpoint | None) -> None:
         network, driven = self.scene.network, [driven] if isinstance(driven, str) else list(driven)
         wound = {name: piece for name in driven if (piece := names.wound_piece(network, name)) is not None}
-        vessels = vessels_of(self.scene)
+        vessels = {vessel.name: vessel for vessel in self.scene.vessel or []}
         others = [name for name in driven if name not in wound and name not in vessels]
         ends = {name: names.driven_ends(network, name) for name in others if name not in network.buoys}
         bodies = {name: partial(self._place, name) for name in others if name not in ends}
@@ -119,7 +119,7 @@ class Session:
             if name in bodies:
                 self.paths[name] = Pose(self.t, [float(x) for x in np.concatenate(self.state(name)[:2])])
                 continue
-            self.paths[name] = Path(self.t, [float(x) for x in self._end_now(*ends[name][0])])
+            self.paths[name] = Path(self.t, names.end_now(self.simulation.problem, *ends[name][0]))
             for piece, end in ends[name]:
                 self.simulation.drive(piece, end, self.paths[name])
         time: Any = self.scene.time
@@ -373,13 +373,6 @@ class Session:
         if name not in known:
             raise InputError(f"{name!r} must be a buoy: {', '.join(known) or 'the scene has none'}.")
         return name
-
-    def _end_now(self, piece: int, end: int) -> Array:
-        """Present position of an end."""
-        problem = self.simulation.problem
-        dofs, owner = problem.lines.end_dofs[piece][end], problem.lines.owns_end(piece, end)
-        known = self.comm.allgather(problem.system.u[dofs] if owner else None)
-        return np.array(next(place for place in known if place is not None))
 
     def _find_required(self) -> None:
         """The residual of a driven buoy's rows, which Newton evaluated last."""

@@ -90,11 +90,7 @@ def governing(every: Iterable[Verdict]) -> list[Verdict]:
     """Return the verdict with the least that is left, for each criterion."""
     worst: dict[str, Verdict] = {}
     for one in every:
-        if one.criterion not in worst or (one.use, one.margin) < (
-            worst[one.criterion].use,
-            worst[one.criterion].margin,
-        ):
-            worst[one.criterion] = one
+        worst[one.criterion] = min(worst.get(one.criterion, one), one, key=lambda each: (each.use, each.margin))
     return list(worst.values())
 
 

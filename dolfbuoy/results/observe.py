@@ -125,11 +125,7 @@ class Observer:
     def _tension_at(self, cable: int) -> list[Entry]:
         lines: Any = self.problem.lines
         u, piece = self.problem.system.u, self.network.first_of(cable)
-
-        def tension() -> float:
-            tension_there: float = lines.anchor_tension(u, piece)
-            return tension_there
-
+        tension: Callable[[], float] = partial(lines.anchor_tension, u, piece)
         return traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
 
     def _tension_near(self, place: Place) -> list[Entry]:

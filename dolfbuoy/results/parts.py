@@ -64,11 +64,5 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
 
 def alone(record: "xr.Dataset") -> "xr.Dataset":
     """A record without the dimensions cable, buoy, ... where there is one: for interactive use."""
-    return record.squeeze(
-        [
-            d
-            for d in ("cable", "buoy", "attachment", "anchor", "segment", "take_off", "winch")
-            if record.sizes.get(d) == 1
-        ],
-        drop=True,
-    )
+    kinds = ("cable", "buoy", "attachment", "anchor", "segment", "take_off", "winch")
+    return record.squeeze([d for d in kinds if record.sizes.get(d) == 1], drop=True)

@@ -9,6 +9,7 @@ A NAME is a key of the scene (`cable.line_density`) or an output (`tension_top.m
 `tension_top.max[port]`).
 """
 
+import operator
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,6 +52,7 @@ class Dual:
         return Dual(self.value**power, power * self.value ** (power - 1) * self.slope)
 
 
+OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 Tree = tuple[Any, ...]  #: ("number", x), ("name", NAME), ("-", tree), (operator, left, right), ("**", tree, x)
 
 
@@ -153,16 +155,7 @@ class Expression:
                 return value_of(parts[0])
             if kind == "**":
                 return value(parts[0]) ** parts[1]
-            left, right = value(parts[0]), value(parts[1])
-            return (
-                left + right
-                if kind == "+"
-                else left - right
-                if kind == "-"
-                else left * right
-                if kind == "*"
-                else left / right
-            )
+            return OPERATORS[kind](value(parts[0]), value(parts[1]))
 
         try:
             found = value(self.tree)
