@@ -7,8 +7,9 @@ import numpy as np
 
 from ..model import Array
 from ..model.airy import AirySum, dispersion_wavenumber
+from ..model.drift import of_components
 from ..model.memory_fit import ENOUGH
-from ..model.potential_flow import coefficients_of, draft_of, froude_krylov, of_components, states_of, wavenumbers
+from ..model.potential_flow import coefficients_of, draft_of, froude_krylov, states_of, wavenumbers
 from ..scene import Scene
 from .buoys import Upright
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..scene import Scene
-from ..solver.system import OneSidedRows
+from ..solver.tension_only import OneSidedRows
 from .interface import Model
 from .layout import Pieces, laid_out
 from .lines import Lines, is_averaged

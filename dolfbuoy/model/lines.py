@@ -17,7 +17,8 @@ from ..scene import Scene
 from ..scene.cable import Cable, Top
 from ..scene.stiffness import kinks_of
 from ..solver import compat
-from ..solver.system import OneSidedRows, System
+from ..solver.system import System
+from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .grounding import GroundedLength, Seabed

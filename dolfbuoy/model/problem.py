@@ -17,7 +17,8 @@ from ..scene.network import attached_ends
 from ..solver.loops import Loop
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
-from ..solver.system import System, TensionOnly
+from ..solver.system import System
+from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
 from ..solver.vector_ops import smallest, together
 from .attachment import Attachment

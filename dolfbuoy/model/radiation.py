@@ -21,8 +21,9 @@ from ..solver.unknowns import array_of
 from ..solver.vector_ops import Work, work
 from . import Array
 from .airy import AirySum
+from .drift import of_components, transfer
 from .interface import Evolution
-from .potential_flow import diffraction_at, modes_of_five, of_components, states_of, transfer
+from .potential_flow import diffraction_at, modes_of_five, states_of
 from .rigid import shape_of
 
 if TYPE_CHECKING:
@@ -153,7 +154,7 @@ class Diffraction(OfComponents):
 
 
 class SlowDrift(OfComponents):
-    """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`potential_flow`).
+    """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`drift`).
 
     numbers: as of the last call of what `noting` gives, the whole force (3) [N]; that of the forms is without what
     strips have of it.

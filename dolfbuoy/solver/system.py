@@ -5,24 +5,9 @@ appear as parts on two meshes (the mooring point and force, on the line and on t
 added up by the part that they test; the Jacobian is their derivative with respect to every part on the same mesh.
 
 Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds meet in one norm.
-
-A rope cannot push: the tension-only law as a complementarity of the discrete tension.
-
-With g_i the row of the strain equation (11)_2 that belongs to the dof T_i of the tension,
-
-    0 <= T_i   perpendicular to   -g_i >= 0,
-
-so that an element has the length of its tension, or is slack: shorter, and without tension.  Written as one equation,
-
-    max(g_i, -c_i T_i) = 0,   c_i > 0,
-
-and solved by Newton with the generalised derivative of the maximum, an active-set method: a row is that of the
-two-sided law where g_i > -c_i T_i, and T_i = 0 elsewhere.  The solution does not depend on c_i.  T_h is nonnegative
-wherever the basis of the tension is, that is everywhere for tension degrees 0 and 1; for higher degrees at its nodes.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -32,78 +17,13 @@ from petsc4py import PETSc
 
 from ..elsewhere import MPI
 from . import Array, compat, jit
-from .c_code import address, aligned, check, core
+from .c_code import address, aligned
 from .callbacks import Callbacks
 from .loops import Hooks, Loop, Scaled, Shared
 from .numbering import Numbering, preallocate, set_values
+from .tension_only import TensionOnly
 from .unknowns import Block, Contribution, Part, Values
 from .vector_ops import Work, copies
-
-
-@dataclass(frozen=True)
-class OneSidedRows:
-    """Local rows of the tension that this rank owns, and sizes of each.
-
-    weights: about the integral of a basis function [m].  inertia: mass per length times the square of an element's
-    size [kg m], or None at rest.  compliance: 1/EA [1/N].  rest: strain per tension at rest [1/N].
-    """
-
-    rows: Array
-    weights: Array
-    inertia: Array | None
-    compliance: Array | float
-    rest: Array | float
-
-
-class TensionOnly:
-    """The law of a System whose rows of the tension are one-sided."""
-
-    def __init__(self, rows: OneSidedRows) -> None:
-        self._of, self.rows = rows, rows.rows.astype(PETSc.IntType)
-        count = len(self.rows)
-        self.slack = np.zeros(count, dtype=bool)  #: which rows hold T = 0 at the latest evaluation
-        self.slack_before = np.zeros(count, dtype=bool)  #: ... and did in the latest matrix
-        self.c = np.zeros(count)
-
-    def attach(self, system: "System") -> None:
-        """Be the law of this System."""
-        system.A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
-        self._diagonal, ffi = system.numbering.vector(), core().ffi
-        place = np.empty(system.size, dtype=np.int64)
-        place[system.order] = np.arange(len(system.order))
-        arrays = {"places": place[self.rows], "c": self.c, "u": system.u}
-        arrays |= {"slack": self.slack, "slack_before": self.slack_before}
-        rows = {"rows": self.rows, "zeroed": np.zeros_like(self.rows)}
-        self._alive = arrays, rows
-        found = {name: address(array) for name, array in arrays.items()}
-        found |= {name: ffi.cast("PetscInt *", array.ctypes.data) for name, array in rows.items()}
-        diagonal = ffi.cast("Vec", self._diagonal.handle)
-        self.described = ffi.new("one_sided *", {**found, "count": len(self.rows), "diagonal": diagonal})
-
-    def resize(self, rows: OneSidedRows) -> None:
-        """Other sizes of the same rows."""
-        self._of = rows
-
-    def set_scales(self, gamma: float) -> None:
-        """c_i is the strain that a unit of tension causes: elastic, and by the motion of a step of size 1/gamma.
-
-        Then g_i > -c_i T_i tests the tension of the coming iterate rather than the present strain.
-        """
-        of = self._of
-        strain = of.rest if of.inertia is None else of.compliance + 2 / (of.inertia * gamma**2)
-        self.c[:] = of.weights * strain
-
-    def change_residual(self, b: Array) -> None:
-        """Rows of the tension become those of the maximum."""
-        core().lib.change_residual(self.described, address(b))
-
-    def change_matrix(self, A: PETSc.Mat) -> None:
-        """Slack rows become -c_i."""
-        check(core().lib.change_matrix(self.described, core().ffi.cast("Mat", A.handle)))
-
-    def destroy(self) -> None:
-        """Give PETSc's objects back."""
-        self._diagonal.destroy()
 
 
 class System:
@@ -111,7 +31,7 @@ class System:
 
     parts: this rank's parts.  residuals: list of (part, linear form).  blocks: cover all local unknowns.  numbering:
     a `Numbering`.  tolerance: of Newton's increments, relative to the typical sizes.  law: changes rows of residual and
-    matrix after they have been assembled (`TensionOnly`), or None.  noted: linear forms for `functional`.
+    matrix after they have been assembled (`tension_only.TensionOnly`), or None.  noted: linear forms for `functional`.
     kind: the same for systems of the same forms on other meshes.
 
     `u` are the physical values of the local unknowns, and `hooks` what is called before every evaluation.

@@ -27,7 +27,7 @@ from dolfbuoy.results.places import _nodes
 from dolfbuoy.scene.settings import Space
 from dolfbuoy.sensitivity.parameters import _has_neighbours
 from dolfbuoy.solver.quadratic import lowest_pairs
-from dolfbuoy.solver.system import OneSidedRows, TensionOnly
+from dolfbuoy.solver.tension_only import OneSidedRows, TensionOnly
 from dolfbuoy.statics.righting import righting_curve
 from dolfbuoy.statics.start import _drag
 from dolfbuoy.studies.accuracy import cheapest

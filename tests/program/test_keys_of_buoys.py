@@ -12,7 +12,8 @@ from every_key import changed, shows
 
 from dolfbuoy import load_scene, modes, simulate, solve_static
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.model.potential_flow import coefficients_of, of_components, states_of
+from dolfbuoy.model.drift import of_components
+from dolfbuoy.model.potential_flow import coefficients_of, states_of
 from dolfbuoy.scene.potential_flow import PotentialFlow
 
 G, RHO, R, H, M, COM = 10.0, 1000.0, 1.0, 2.0, 3000.0, 0.4

@@ -19,6 +19,7 @@ from dolfbuoy.coupling.paths import Path
 from dolfbuoy.model import airy, moments, sea, surfacing, varying, winch
 from dolfbuoy.model.attachment import Clamp
 from dolfbuoy.model.buoy import Buoy
+from dolfbuoy.model.drift import Drift, transfer
 from dolfbuoy.model.effect import Drawn
 from dolfbuoy.model.grounding import Seabed
 from dolfbuoy.model.interface import Model
@@ -26,7 +27,6 @@ from dolfbuoy.model.line_groups import LineGroups, _Growths
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.memory_fit import ENOUGH, Kernel, States, fitted
 from dolfbuoy.model.numbers import Numbers
-from dolfbuoy.model.potential_flow import Drift, transfer
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.structure import structure_of
 from dolfbuoy.model.take_off import TakeOff

@@ -17,7 +17,8 @@ from scipy.special import hankel1, jv
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.model.airy import AirySum, spectrum_of
-from dolfbuoy.model.potential_flow import mean_drift, of_components, transfer, wavenumbers
+from dolfbuoy.model.drift import mean_drift, of_components, transfer
+from dolfbuoy.model.potential_flow import wavenumbers
 from dolfbuoy.scene.reading import merged
 
 RHO, G, MASS = 1025.0, 9.81, 2576.1

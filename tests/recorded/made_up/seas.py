@@ -6,7 +6,7 @@ from told import refused, show
 from dolfbuoy import load_scene
 from dolfbuoy.linear.spectrum import bins_of
 from dolfbuoy.model.airy import components_of, propagation, sea_of, spectrum_of
-from dolfbuoy.model.potential_flow import Drift, transfer
+from dolfbuoy.model.drift import Drift, transfer
 
 STORM = {"significant_height": 2.0, "peak_period": 7.0, "components": 12, "seed": 3}
 RECORD = [[float(t), float(np.sin(0.9 * t) + 0.3 * np.cos(2.1 * t))] for t in range(20)]
