@@ -4,6 +4,7 @@ Decided once, by version number, when this module is imported.  No algorithm dif
 functions below hide names, signatures and nothing else.
 """
 
+import functools
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -64,13 +65,12 @@ _OURS = [
 
 @contextmanager
 def _compiler() -> Iterator[None]:
-    """Compile quietly, without options of the current folder, each form by one process; then all is as it was."""
+    """Compile without options of the current folder, each form once and by one process; then all is as it was."""
     theirs = [(module, name, getattr(module, name)) for module, name, _ in _OURS]
     for module, name, ours in _OURS:
         setattr(module, name, ours)
     try:
-        with jit.quiet_compiler():
-            yield
+        yield
     finally:
         for module, name, their in theirs:
             setattr(module, name, their)
@@ -177,7 +177,23 @@ def collapse(space, component):
 # dolfinx gives no other access to what each rank does by itself when a form is compiled for all ranks.
 _OPTIONS = "jit_params" if LEGACY else "jit_options"
 _one_at_a_time = jit.one_at_a_time(dolfinx_jit.ffcx_jit.__wrapped__, _OPTIONS, jit_cache)
-_OURS.append((dolfinx_jit, "ffcx_jit", dolfinx_jit.mpi_jit_decorator(_one_at_a_time)))
+
+#: What has been compiled or found in this process, by all that it depends on: FFCx looks for it for a millisecond.
+_FOUND: dict[object, object] = {}
+
+
+@functools.wraps(_one_at_a_time)
+def _once(what, *arguments, **options):
+    described = what.ufl_coordinate_element() if isinstance(what, ufl.Mesh) else what
+    text = what.signature() if isinstance(what, ufl.Form) else repr(described)
+    key = type(what), text, repr(arguments), repr(options), jit_cache()
+    if key not in _FOUND:
+        with jit.quiet_compiler():
+            _FOUND[key] = _one_at_a_time(what, *arguments, **options)
+    return _FOUND[key]
+
+
+_OURS.append((dolfinx_jit, "ffcx_jit", dolfinx_jit.mpi_jit_decorator(_once)))
 
 
 #: Signatures of the forms of systems of a kind, by which FFCX finds what is compiled; of so many kinds, the latest.

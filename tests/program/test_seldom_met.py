@@ -1,4 +1,5 @@
-"""What few scenes meet: vectors among parameters, buoys under water, seas far from the origin, hairpins, no tables.
+"""What few scenes meet: vectors among parameters, buoys under water, seas far from the origin, hairpins, no tables,
+limits that are met exactly.
 
 Source: the numbers by hand, and what is said of them.
 """
@@ -11,15 +12,20 @@ import pytest
 import xarray as xr
 
 from dolfbuoy import load_scene
-from dolfbuoy.check import potential_flow
+from dolfbuoy.check import potential_flow, report
+from dolfbuoy.coupling import Session
 from dolfbuoy.errors import InputError
+from dolfbuoy.model import memory_fit
+from dolfbuoy.motion.stepping import JumpControl
 from dolfbuoy.sensitivity.derivatives import _outputs
 from dolfbuoy.statics.catenary import Catenary
 from dolfbuoy.statics.network import LYING, Joint, Network, Piece, Rest
 from dolfbuoy.statics.on_bed import Bed
+from dolfbuoy.studies.physics import hull
 
 snapshot = importlib.import_module("dolfbuoy.results.snapshot")
 
+CYLINDER = {"hull": [[0.0, 1.0], [2.0, 1.0]], "mass": 500.0}
 LINE = {"length": 10.0, "diameter": 0.1, "line_density": 1.0}
 
 
@@ -96,3 +102,67 @@ def test_a_hairpin_that_hardly_touches_the_bed_hangs(share, hangs):
     pull = np.array([[0.0, 0.0, -w * L / 2]])
     rest = Rest(network, np.zeros((2, 3)), pull, np.array([share * LYING * L]), np.zeros((1, 2, 3)) + [0.0, 0.0, 50.0])
     assert isinstance(rest.shapes[0], Catenary) == hangs
+
+
+@pytest.mark.parametrize(("rows", "columns"), [("0 0\n60 1.5\n", 2), ("0 0 0\n60 1.5 0\n", 3)])
+def test_a_tide_in_a_file_has_two_columns(rows, columns, tmp_path):
+    (tmp_path / "tide.txt").write_text(rows)
+    sea = {
+        "sea": {"depth": 20.0, "tide": str(tmp_path / "tide.txt")},
+        "buoy": {"hull": [[0, 1], [2, 1]], "mass": 500.0},
+    }
+    if columns == 2:
+        assert [list(row) for row in load_scene(sea).sea.tide] == [[0.0, 0.0], [60.0, 1.5]]
+    else:
+        with pytest.raises(InputError, match=r"sea\.tide"):
+            load_scene(sea)
+
+
+def test_a_free_hull_of_the_study_bears_nothing_but_itself():
+    """Draft and stiffness of a cylinder by hand."""
+    cylinder = load_scene({"sea": {"depth": 20.0, "density": 1000.0}, "buoy": CYLINDER})
+    area = np.pi / 4
+    found = hull._floating(cylinder)
+    assert found.draft == pytest.approx(0.5 / area, rel=1e-9)
+    assert found.heave_stiffness == pytest.approx(1000.0 * 9.81 * area, rel=1e-9)
+
+
+def test_a_step_is_halved_down_to_a_64th():
+    for parts, counts in ((63.5, False), (64.5, True)):
+        assert JumpControl(1.0).judge(2 / parts, (9.0, 1.0)) is counts
+
+
+def test_one_per_cent_beyond_the_rows_is_allowed(monkeypatch):
+    said = []
+    top = Fake(name="top", top=Fake(motion=[[0.0, 0.0, 0.0, 0.0], [9.0, 0.0, 0.0, 0.0]]))
+    network = Fake(pieces=[Fake(ends=[top])], ends_of=lambda cable: [])
+    monkeypatch.setattr(report, "_jump", lambda top: (False, 0.0))
+    for beyond in (0.01, 0.0101):
+        monkeypatch.setattr(report, "overshoot", lambda rows, beyond=beyond: beyond)
+        warn = lambda wrong, text: said.append((wrong, text[:27]))  # noqa: E731
+        report._motions(Fake(network=network, time=None, vessel=None, waves=None), Fake(warn=warn))
+    assert [wrong for wrong, text in said if text == "The motion of top goes 1 % "] == [False, True]
+
+
+def test_energy_that_states_give_back():
+    """The most negative of the damping over all frequencies, up to three times the highest of the file."""
+    omega = np.linspace(0.1, 5.0, 50)
+    peak = np.exp(-(((omega - 2.0) / 0.3) ** 2))[:, None, None]
+    kernel = memory_fit.Kernel(omega, peak, 0 * peak)
+    rate, into = np.array([-0.4 + 2.0j, -0.5 + 3.0j]), np.array([[1.0 + 0j], [1.0 + 0j]])
+    found = memory_fit._judged(kernel, kernel.transformed(omega), 4, rate, into, False)
+    lowest = (found.at(np.linspace(0.0, 15.0, 1500)) / kernel.scale / kernel.scale)[:, 0, 0].real.min()
+    assert lowest < -1e-3
+    assert found.given_back == pytest.approx(-lowest, rel=1e-9)
+
+
+def test_a_session_that_goes_on_solves_for_nothing_again(tmp_path, monkeypatch):
+    scene = {
+        "cable": LINE | {"axial_stiffness": 1e4, "anchor": [0.0, 0.0, -9.0], "elements": 3, "top": {"kind": "free"}}
+    }
+    scene |= {"gravity": 9.81, "time": {"end": 1.0, "step": 0.1}}
+    with Session(scene, tmp_path) as session:
+        session.advance_to(0.5)
+    monkeypatch.setattr(Session, "_find_required", lambda session: pytest.fail("it was known"))
+    with Session(resume=tmp_path) as session:
+        assert session.t == pytest.approx(0.5)

@@ -44,7 +44,7 @@ def test_under_water():
     assert said(displaced_mass={9: VOLUME, 12: VOLUME}) == [words]
 
 
-@pytest.mark.parametrize(("angle", "words"), [(44.9, ""), (46.0, "leans"), (91.0, "is capsized")])
+@pytest.mark.parametrize(("angle", "words"), [(44.9, ""), (45.0, "leans"), (46.0, "leans"), (91.0, "is capsized")])
 def test_lean_at_rest(angle, words):
     record = RECORD[["cone_angle"]].isel(time=0, drop=True)
     record["cone_angle"] = ("buoy",), np.array([angle])

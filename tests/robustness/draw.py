@@ -4,7 +4,7 @@
 
 A module is drawn in proportion to its lines, of it a statement, and of that one small change: a comparison, an
 operator, a number, a condition, an argument, a call that is left out.  What never changes anything is not drawn: the
-order of what `max` compares, `strict` of `zip`.  The cases of tests/recorded that run the
+order of what `max` compares or of equal arguments, `strict` of `zip`.  The cases of tests/recorded that run the
 statement follow, the quickest first, in fresh processes whose import is given the changed source; nothing on the disk
 changes.  What no case notices meets the tests that name what it is in, and is printed as a difference if these pass
 too, to be read: it may change nothing.  The lines that each case runs are found first, with `coverage`

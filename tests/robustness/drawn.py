@@ -61,7 +61,9 @@ def own(statement):
         node = todo.pop(0)
         if not isinstance(node, ast.stmt):
             yield node
-            todo += [one for one in ast.iter_child_nodes(node) if not isinstance(one, ast.stmt | ast.JoinedStr)]
+            idle = isinstance(node, ast.keyword) and node.arg == "strict"  # of `zip`, of what is as long
+            within = [] if idle else ast.iter_child_nodes(node)
+            todo += [one for one in within if not isinstance(one, ast.stmt | ast.JoinedStr)]
 
 
 def number(x, pick):
@@ -96,7 +98,7 @@ def variants(statement, pick):
                 yield node, pick([node.body, node.orelse])
             case ast.Call():
                 name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-                if len(node.args) > 1 and name not in EVEN:
+                if len(node.args) > 1 and name not in EVEN and ast.dump(node.args[0]) != ast.dump(node.args[1]):
                     made.args = [node.args[1], node.args[0], *node.args[2:]]
                     yield node, made
                 if node.keywords and (name, node.keywords[-1].arg) != ("zip", "strict"):
