@@ -84,8 +84,12 @@ class Stop(Exception):
     """Raised in the middle of a run."""
 
 
-@pytest.mark.parametrize("scheme", ["backward-euler", "bdf2"])
-@pytest.mark.parametrize("steps", [1, 2, 7])
+STOPS = [(1, "bdf2"), (7, "backward-euler"), (2, "bdf2"), (7, "bdf2"), (1, "backward-euler"), (2, "backward-euler")]
+
+
+@pytest.mark.parametrize(
+    ("steps", "scheme"), [*STOPS[:2], *(pytest.param(*stop, marks=pytest.mark.slow) for stop in STOPS[2:])]
+)
 def test_a_run_that_was_stopped(tmp_path, monkeypatch, scheme, steps):
     """Errors to the last bit, also where the past was still too short."""
     monkeypatch.setattr(Recorder, "pause", 0.0)

@@ -142,10 +142,10 @@ def stopped(scene, folder, steps):
     return len(read(folder / "results.nc").time), checkpoint.load(folder, 1).rows["time"]
 
 
-#: Scenes of which the schemes but the first are slow tests: what they add to the past does not depend on the scheme.
-ONCE = ("network", "steep wave", "waves of the hull's own", "bending", "irregular sea")
+#: Of scenes but this the schemes but the first are slow tests: what they add to the past does not depend on the scheme.
+OF_ALL_SCHEMES = "moored buoy"
 CASES = [
-    pytest.param(name, scheme, h, marks=[pytest.mark.slow] * (name != "moored buoy" if h else name in ONCE and k > 0))
+    pytest.param(name, scheme, h, marks=[pytest.mark.slow] * (name != OF_ALL_SCHEMES and (k > 0 or h is not None)))
     for name, (k, scheme), h in itertools.product(SCENES, enumerate(SCHEMES), (None, 1e-2))
 ]
 
@@ -239,18 +239,16 @@ for name, scene in json.load(open(sys.argv[1])).items():
 """
 
 
+#: What `network` has not; its parts alone are slow tests.
+ON_RANKS = [*(("moored buoy", scheme) for scheme in SCHEMES), ("network", "bdf2"), ("sinker that is dragged", "bdf2")]
+PARTS_ON_RANKS = [("cable", "bdf2"), ("on a bed", "bdf2"), ("buoy", "bdf2")]
+
+
 @pytest.mark.mpi
 @needs_mpirun
-def test_two_ranks(tmp_path):
+@pytest.mark.parametrize("cases", [ON_RANKS, pytest.param(PARTS_ON_RANKS, marks=pytest.mark.slow)])
+def test_two_ranks(tmp_path, cases):
     """What was kept of a run in the middle is taken up, and is the run that went on."""
-    cases = [
-        *(("moored buoy", scheme) for scheme in SCHEMES),
-        ("cable", "bdf2"),
-        ("on a bed", "bdf2"),
-        ("buoy", "bdf2"),
-        ("network", "bdf2"),
-        ("sinker that is dragged", "bdf2"),
-    ]
     scenes = {f"{name}, {scheme}": merged(SCENES[name], time__scheme=scheme) for name, scheme in cases}
     scenes["adaptive"] = merged(SCENES["moored buoy"], time__scheme="bdf2", time__tolerance=1e-2)
     for what in ("keep", "resume"):

@@ -105,7 +105,10 @@ def test_what_is_no_scene(call, folder, text, file):
         said(call, *next(commands(folder)))
 
 
-@pytest.mark.parametrize("other", ["three-legs", "free-buoy", "hanging-chain", "two-buoys"])
+OTHERS = ("free-buoy", "hanging-chain", "two-buoys")
+
+
+@pytest.mark.parametrize("other", ["three-legs", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
 def test_a_scene_of_another_record(call, folder, other):
     """A sentence, or numbers; the page is made from the scene beside the record."""
     with_scene(folder / "results.nc", load_scene(other).to_toml())
@@ -154,7 +157,7 @@ def flipped(content, dice):
     return content[:place] + bytes([content[place] ^ 1 << dice.randrange(8)]) + content[place + 1 :]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 6))])
 def test_flipped_bits(call, made, tmp_path, seed):
     """Of records, checkpoints and manifests, fifty for each seed: refused, or harmless."""
     dice = random.Random(seed)
