@@ -5,7 +5,9 @@ A module adds its commands by `@app.command()`; nothing else has to name it.
 
 import itertools
 import pkgutil
+import re
 from importlib import import_module
+from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import typer
@@ -41,8 +43,9 @@ class _Group(Checked):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name not in self.commands:
-            self._import([name for name in _modules() if name == cmd_name])
-        if cmd_name not in self.commands:  # in a module with several commands, or misspelt
+            named = re.compile(rf"^def {re.escape(cmd_name)}_?\(", re.MULTILINE)
+            self._import([name for name in _modules() if name == cmd_name or named.search(_source(name))])
+        if cmd_name not in self.commands:  # misspelt
             self._import(_modules())
         return super().get_command(ctx, cmd_name)
 
@@ -90,6 +93,11 @@ def _modules() -> list[str]:
     """Names of the modules of this folder that may have commands."""
     folders = import_module(str(__package__)).__path__
     return sorted(module.name for module in pkgutil.iter_modules(folders) if module.name not in STARTING)
+
+
+def _source(module: str) -> str:
+    file = Path(__file__).with_name(f"{module}.py")
+    return file.read_text() if file.exists() else ""
 
 
 app = typer.Typer(

@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from ..scene.quantities import number_of
 from .app import app
 from .sensitivity import listed
 from .shared import (
@@ -44,6 +43,7 @@ def calibrate(
     plot: PlotOption = True,
 ) -> None:
     """Numbers of a scene from measured series.  Example: dolfbuoy calibrate SCENE --record m.csv --fit KEY=1..9"""
+    from ..scene.quantities import number_of
     from ..sensitivity import calibrate as find
 
     loaded, folder = load(scene, assign), folder_of(scene, folder, "calibrate")
@@ -76,6 +76,8 @@ def calibrate(
 
 def bounds(text: str, option: str = "--fit") -> dict[str, tuple[float, float]]:
     """KEY=LOW..HIGH,... -> bounds by key.  Raises InputError."""
+    from ..scene.quantities import number_of
+
     found = {}
     for part in text.split(","):
         key, equals, pair = (piece.strip() for piece in part.partition("="))

@@ -213,7 +213,7 @@ def test_characters_that_a_stream_does_not_have(monkeypatch):
 
 
 def test_modules_of_commands(monkeypatch):
-    """The one of its name first, all where it is in another; none that starts the program."""
+    """The one of its name or its function first, all for what nobody is named; none that starts the program."""
     modules = group._modules()
     assert "sweep" in modules
     assert modules == sorted(modules)
@@ -222,9 +222,18 @@ def test_modules_of_commands(monkeypatch):
     monkeypatch.setattr(group._Group, "_import", lambda self, names: asked.append(names))
     assert own.get_command(None, "sweep") is None
     assert asked == [["sweep"], modules]
+    for name, module in (
+        ("modes", ["linear"]),
+        ("import", ["formats"]),
+        ("study", ["study"]),
+        ("mode", []),
+        ("m.*", []),
+    ):
+        assert own.get_command(None, name) is None
+        assert asked[-2:] == [module, modules]
     own.commands["stiffness"] = click.Command("stiffness")
     assert own.get_command(None, "stiffness").name == "stiffness"
-    assert len(asked) == 2
+    assert len(asked) == 12
 
 
 @pytest.mark.parametrize("received", [True, False])
