@@ -8,6 +8,7 @@ from types import SimpleNamespace as Fake
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx.mesh import locate_entities_boundary
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -119,7 +120,7 @@ def test_signatures_are_kept_of_the_latest_kinds(monkeypatch):
     assert (asked, len(known)) == (["a", "c", "e", "g", "i"], 2)
 
 
-def test_forms_are_compiled_by_one_process_each_and_quietly():
+def test_forms_are_compiled_by_one_process_each():
     """Without options of the current folder; what dolfinx has is in its place again afterwards."""
     theirs = {(module, name): getattr(module, name) for module, name, _ in compat._OURS}
     assert len(theirs) == 3
@@ -127,8 +128,30 @@ def test_forms_are_compiled_by_one_process_each_and_quietly():
         ours = {(module, name): getattr(module, name) for module, name in theirs}
         assert all(ours[key] is one for (*key, one), key in zip(compat._OURS, map(tuple, theirs), strict=True))
         assert not any(ours[key] is theirs[key] for key in theirs)
-        assert logging.root.manager.disable == logging.INFO
     assert {(module, name): getattr(module, name) for module, name in theirs} == theirs
+
+
+def test_each_form_is_compiled_once_and_quietly(monkeypatch, tmp_path):
+    """Forms by their signatures, meshes by their elements; anew with other options, and for another cache."""
+    compiled, mesh = [], compat.interval_mesh(MPI.COMM_SELF, np.array([0.0, 1.0]))
+    space = compat.function_space(mesh, compat.element(mesh, "Lagrange", 1))
+    forms = [ufl.TestFunction(space) * factor * ufl.dx for factor in (2.0, 2.0, 3.0)]
+    monkeypatch.setattr(compat, "_FOUND", {})
+
+    def compiler(what, *arguments, **options):
+        compiled.append((what, arguments, options))
+        return len(compiled), logging.root.manager.disable
+
+    monkeypatch.setattr(compat, "_one_at_a_time", compiler)
+    assert [compat._once(form, {}, jit={})[0] for form in forms] == [1, 1, 2]
+    assert [compat._once(one, {}, jit={})[0] for one in (mesh.ufl_domain(), mesh.ufl_domain())] == [3, 3]
+    assert compat._once(forms[0], {}, jit={}) == (1, logging.INFO)
+    assert logging.root.manager.disable == 0
+    assert compat._once(forms[0], {"degree": 2}, jit={})[0] == 4
+    assert compat._once(forms[0], {}, jit={"own": 1})[0] == 5
+    monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
+    assert compat._once(forms[0], {}, jit={})[0] == 6
+    assert compiled[0] == (forms[0], ({},), {"jit": {}})
 
 
 def test_meshes_of_pieces_that_do_not_touch():
