@@ -372,9 +372,11 @@ def test_sets_may_have_different_lines(runs, capsys):
     assert "of cable" not in second
 
 
-def test_a_title_does_not_make_a_set():
+def test_neither_a_title_nor_a_seed_makes_a_set():
     assert set_of(load_scene(SCENE, title="other")) == set_of(SCENE)
     assert set_of(load_scene(SCENE, waves__phase_deg=3.0)) != set_of(SCENE)
+    first, second = (load_scene("storm", waves__seed=seed) for seed in (1, 2))
+    assert set_of(first) == set_of(second) != set_of(load_scene("storm", waves__components=7))
 
 
 def test_a_run_within_its_ramp_is_refused():

@@ -166,3 +166,16 @@ def test_a_session_that_goes_on_solves_for_nothing_again(tmp_path, monkeypatch):
     monkeypatch.setattr(Session, "_find_required", lambda session: pytest.fail("it was known"))
     with Session(resume=tmp_path) as session:
         assert session.t == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("turn", "taken"), [(79.0, True), (81.0, False)])
+def test_directions_that_turn_may_have_any_length(turn, taken):
+    rows = [[0.0, 0.0, 0.0, 9.0], [1.0, 0.0, 7.0 * np.sin(np.radians(turn)), 7.0 * np.cos(np.radians(turn))]]
+    end = {"motion": rows}
+    line = LINE | {"axial_stiffness": 1e4, "bending_stiffness": 9.0, "anchor": [0.0, 0.0, -9.0], "to_end": end}
+    scene = {"sea": {"depth": 20.0}, "cable": line | {"top": {"kind": "fixed", "position": [0.0, 0.0, 0.9]}}}
+    if taken:
+        assert load_scene(scene).cable[0].to_end.motion == [tuple(row) for row in rows]
+    else:
+        with pytest.raises(InputError, match="turn by less than 80 degrees"):
+            load_scene(scene)
