@@ -1,8 +1,8 @@
 """The mathematics of a tethered buoy as plain UFL functions, one per physical term.
 
-Nothing here knows dolfinx, a mesh, a time scheme or a scene: arguments are UFL expressions, results
-are UFL expressions or forms.  Equation numbers are those of Montano, Restelli and Sacco, *Modeling and
-numerical simulation of tethered buoy dynamics*.
+Independent of dolfinx, meshes, time schemes and scenes: arguments are UFL expressions, results are UFL
+expressions or forms.  Equation numbers are those of Montano, Restelli and Sacco, *Modeling and numerical
+simulation of tethered buoy dynamics*.
 
 ===============  ===============================================================
 `rotation`       quaternions, angular velocity and acceleration
@@ -11,7 +11,7 @@ numerical simulation of tethered buoy dynamics*.
 `cable`          mixed form of the cable, Eqs. (6), (11)
 `hull`           strips of the buoy's hull: wet section, Archimedes, Morison, Eq. (10)
 `buoy`           Euler equations of the buoy, Eq. (8), and its static counterpart
-`radiation`      waves that a hull makes and diffracts, by potential flow
+`radiation`      radiation and diffraction of waves by a hull, from potential flow
 `wind`           wind force, Eq. (2)
 `coupling`       rigid link to the mooring point and coupling, Eqs. (9), (29)
 `kinds`          types of arguments and results

@@ -1,21 +1,21 @@
 """Bending of a line: the moment vector m(s, t) = EI t' [N m] as a third field, in the space of r.
 
-With t = r'/|r'| and the prime of *unstretched* s, (11)_1 gains the shear force, and m has an equation of its own:
+With t = r'/|r'|, primes being derivatives in *unstretched* s, (11)_1 gains the shear force and m has its own equation:
 
     - (P m'/|r'|, v')                                      P = I - t t
     - (E0/EI m, p) - (E0 t, p') + E0 [t_b . p]_0^L = 0
 
-A Kirchhoff rod, straight where nothing acts, alike in all directions, without torsion: its moment is t x m, its
-curvature |m|/EI.  Both come from one functional (Hellinger and Reissner), so that T stays the axial tension.  E0 is one
-typical stiffness: a stiffness that differs from cell to cell would lose the jumps of t in (t, p').  Ends are pinned
-where m = 0; where a direction t_b is given m is free.  A material that damps as well, m = EI (t' + beta t'_t), has
-t + beta t_t and t_b + beta t_b,t in their place.
+The line is a Kirchhoff rod, straight when unloaded, with equal stiffness in all directions and no torsion; the bending
+moment is t x m, the curvature |m|/EI.  Both equations follow from one functional (Hellinger and Reissner), so T is
+still the axial tension.  E0 is one typical stiffness for the whole line: a stiffness varying from cell to cell would
+lose the jumps of t in (t, p').  At a pinned end m = 0; at an end with a given direction t_b, m is free.  A material
+with damping, m = EI (t' + beta t'_t), has t + beta t_t and t_b + beta t_b,t in place of t and t_b.
 
-With m of degree 2 the functional loses `blended_energy` too.  Linear waves are resolved to two orders more if
-(m, p) is blended from Gauss's and Lobatto's quadrature, which err to opposite sides: it gains h^4/720 (m'', p'')
-(Ainsworth and Wajid 2010; Deng, Puzyrev and Calo 2019).  Where a line is bent far, the error of m'' along it counts,
-r'.m'' = -3 EI k k' with the curvature k, as 13 EI (k k')^2 against T k'^2 in that of the nodes: so it is blended
-along the line.  Across it the blend would double the error of the moment at a clamp that is little bent.
+With m of degree 2, `blended_energy` is also subtracted from the functional.  Linear waves gain two orders of accuracy
+if (m, p) is a blend of Gauss and Lobatto quadrature, whose errors have opposite signs: this adds h^4/720 (m'', p'')
+(Ainsworth and Wajid 2010; Deng, Puzyrev and Calo 2019).  In a strongly bent line the error of m'' along it counts,
+r'.m'' = -3 EI k k' with the curvature k, as 13 EI (k k')^2 against T k'^2 in that of the nodes: hence the blend along
+the line.  Across the line it would double the error of the moment at a slightly bent clamp.
 """
 
 from ufl import cross, dot, inner, sqrt
@@ -36,12 +36,12 @@ def shear_term(r: Expr, m: Expr, v: Expr) -> Expr:
 
 
 def turning(r: Expr, r_t: Expr) -> Expr:
-    """t_t = P r_t'/|r'|: rate of the direction [1/s]."""
+    """t_t = P r_t'/|r'|: rate of change of the direction [1/s]."""
     return shear(r, r_t)
 
 
 def curvature_equation(t: Expr, m: Expr, EI: Scalar, E0: Scalar, p: Expr, share: Scalar = 1.0) -> Expr:
-    """- (E0/EI m, p) - (E0 t, p'); share: of the curvature that counts, below 1 on the way to an equilibrium."""
+    """- (E0/EI m, p) - (E0 t, p'); share: fraction of the curvature applied, below 1 in statics by continuation."""
     return -E0 * (inner(m, p) / EI + share * inner(t, p.dx(0)))
 
 
@@ -51,8 +51,8 @@ def blended_energy(r: Expr, m: Expr, EI: Scalar, h: Expr) -> Expr:
 
 
 def blended_terms(r: Expr, m: Expr, EI: Scalar, h: Expr, E0: Scalar, v: Expr, p: Expr) -> Expr:
-    """Minus the derivatives of `blended_energy` by r and m: with both the balance of moments stays exact, and as
-    constant p feel nothing the turn of the direction does."""
+    """Minus the derivatives of `blended_energy` with respect to r and m: both are needed for an exact moment balance;
+    they vanish for constant p, so the rotation of the direction is exact too."""
     part = h**4 / 720 * inner(r.dx(0), _second(m)) / EI
     return -part * (inner(_second(m), v.dx(0)) + E0 * inner(r.dx(0), _second(p)))
 
@@ -67,8 +67,8 @@ def end_direction(t_b: Expr, E0: Scalar, p: Expr, end: int) -> Expr:
 
 
 def direction(t_0: Expr, m: Expr, k: Scalar | None, end: int) -> Expr:
-    """Direction t_b of an end that is held at t_0, or that a spring k [N m/rad] turns towards t_0: |m| = k sin of the
-    angle between them.  As long as t_0, which is not 1 where what damps is in it."""
+    """Direction t_b of an end clamped at t_0, or turned towards t_0 by a spring k [N m/rad]: |m| = k sin(angle between
+    them).  Its length is that of t_0, which differs from 1 if damping is included."""
     if k is None:
         return t_0
     turned = t_0 + (1 - 2 * end) * m / k
@@ -76,12 +76,12 @@ def direction(t_0: Expr, m: Expr, k: Scalar | None, end: int) -> Expr:
 
 
 def end_torque(m: Expr, t_b: Expr, end: int) -> Expr:
-    """Torque of the moment at s = 0 (end 0) or s = L (end 1) on what holds it there: -m x t_b or m x t_b [N m]."""
+    """Torque of the line's end at s = 0 (end 0) or s = L (end 1) on its support: -m x t_b or m x t_b [N m]."""
     return (2 * end - 1) * cross(m, t_b)
 
 
 def spring_energy(t_0: Expr, m: Expr, k: Scalar, end: int) -> Expr:
-    """k (1 - cos) of the angle between an end and the direction that its spring turns it to [J]."""
+    """k (1 - cos(angle between the direction of an end and its spring's rest direction t_0)) [J]."""
     return k * (1 - inner(t_0, direction(t_0, m, k, end)))
 
 
@@ -91,7 +91,7 @@ def bending_energy(m: Expr, EI: Scalar) -> Expr:
 
 
 def elastic_moment(m: Expr, EI: Scalar, beta: Scalar, r: Expr, r_t: Expr) -> Expr:
-    """m less what damps, EI t' [N m]."""
+    """m without its damping part: EI t' [N m]."""
     return m - EI * beta * turning(r, r_t).dx(0)
 
 

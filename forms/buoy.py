@@ -1,4 +1,4 @@
-"""The buoy as a rigid body: Euler's equations (8) and the equilibrium that they leave at rest."""
+"""The buoy as a rigid body: Euler's equations (8) and the static equilibrium they reduce to."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -26,7 +26,7 @@ def translation(r_C_t: Expr, p: Expr, mass: Scalar, test: Expr) -> Expr:
 
 
 def linear_momentum(p_t: Expr, force: Expr, test: Expr) -> Expr:
-    """(8)_2: p_t = F, with the part of F that acts at points; strips are added on the axis."""
+    """(8)_2: p_t = F, where F is the sum of the point forces; those of the strips are added on the axis."""
     return inner(p_t - force, test)
 
 
@@ -42,10 +42,10 @@ def angular_momentum(L_C_t: Expr, torque: Expr, test: Expr) -> Expr:
 
 
 def spin_correction(q4: Expr, L_C: Expr, L_C_t: Expr, spin_t: Expr, inertia: Expr) -> Expr:
-    """[(L_C . d)_t - L_C,t . d - L_C . (omega x d)] d: nothing, but for what a time scheme makes of it.
+    """[(L_C . d)_t - L_C,t . d - L_C . (omega x d)] d: zero exactly, but not when discretised in time.
 
-    Added to (8)_4 it lets the scheme follow L_C . d itself, which then stays where nothing turns a body of revolution
-    about its axis.  Without it a buoy that heaves and pitches begins to spin, the faster the longer the step.
+    Added to (8)_4, it makes the scheme integrate L_C . d itself, which then is constant if no torque acts about the
+    axis of a body of revolution.  Without it a buoy that heaves and pitches begins to spin, faster with longer steps.
     """
     d, omega = axis(q4), apply_inverse_inertia(rotation_matrix(q4), inertia, L_C)
     return (spin_t - dot(L_C_t, d) - dot(L_C, cross(omega, d))) * d
@@ -59,13 +59,13 @@ def spin(q4: Expr, L_C: Expr) -> Expr:
 def point_torque(q4: Expr, body_offset: Expr, force: Expr) -> Expr:
     """(R(q4) x0) x F: torque about C of a force at the body point x0 from C.
 
-    The lever is written through the body offset and never as r_O - r_C: FFCx 0.5 cannot compile the derivative
-    of the latter, which cancels to a literal.
+    The lever is computed from the body offset, never as r_O - r_C: FFCx 0.5 cannot compile the derivative of the
+    latter, which cancels to a literal.
     """
     return cross(rotation_matrix(q4) * body_offset, force)
 
 
-# -- loads at points: functions (coefficients, body) -> (force [N], torque about C [N m]), None for what is absent -----
+# -- loads at points: functions (coefficients, body) -> (force [N], torque about C [N m]), None if absent --------------
 
 
 def external_force(c: Any, body: Body) -> tuple[Expr, Expr | None]:
@@ -84,7 +84,7 @@ def rotational_damping(coefficient: Scalar, body: Body) -> tuple[None, Expr | No
 def wave_damping(c: Any, body: Body) -> tuple[Expr | None, Expr | None]:
     """-c.heave v_z e_z at C and -c.pitch times the rotation across the axis, both relative to the surface above C.
 
-    What radiated waves take from a hull that floats.  Relative: a small body that rides the wave radiates none.
+    Radiation damping of a floating hull.  It is relative, because a small body that follows the wave radiates none.
     """
     if body.motion is None:
         return None, None
@@ -105,7 +105,7 @@ def turn(q4: Expr, q4_ref: Expr) -> Expr:
 
 
 def held_horizontally(r_C: Expr, r_ref: Expr, stiffness: Scalar, test: Expr) -> Expr:
-    """A free buoy has no place of its own: a spring that carries nothing keeps C where it started, in x and y."""
+    """Unloaded horizontal spring that keeps C of an unmoored buoy at its initial x and y, otherwise undetermined."""
     return stiffness * ((r_C[0] - r_ref[0]) * test[0] + (r_C[1] - r_ref[1]) * test[1])
 
 
@@ -123,10 +123,10 @@ def equilibrium(
 ) -> Expr:
     """F = 0, tau_C = 0, |q4| = 1 for the pose (r_C, q4), with pseudo-inertia for continuation.
 
-    The loads leave the rotation about the axis undetermined, and their torque about the axis is identically zero:
-    `gauge` (a stiffness [N m]) fills exactly that one equation with "no turn about the axis against the reference".
+    The loads do not determine the rotation about the axis, and their torque about it is identically zero: `gauge`
+    (a stiffness [N m]) replaces this one equation by zero rotation about the axis relative to the reference.
     With `relaxation` > 0 [1/s^2] the terms M (r_C - r_C*) and I (turn) lead from the reference pose (r_C*, q4*)
-    towards a stable equilibrium; at 0 nothing of them is left.
+    towards a stable equilibrium; they vanish at 0.
     """
     r_ref, q_ref = reference
     test_force, test_norm, test_torque = tests

@@ -3,8 +3,8 @@
     rho0 (r_tt, v) + (T/(1+e) r', v') = ((1+e) f, v) + T_bnd . v(L)          (11)_1
     1/2 (|r'|^2/(1+e) - (1+e), q)     = 0                                    (11)_2
 
-with e = T/EA.  An inextensible cable has no e at all: pass EA = None and none of its terms is built.  The
-forces f are per unit *stretched* length, Eq. (6).
+with e = T/EA.  For an inextensible cable pass EA = None: no term with e is built.  The forces f are per unit
+*stretched* length, Eq. (6).
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from .sea import Flow, relative
 
 
 class Kink(NamedTuple):
-    """Kink of a table T(e), where its compliance changes: at T [N], by `change` [1/N] on the way away from T = 0."""
+    """Kink of a table T(e): at T [N] the compliance changes by `change` [1/N], going away from T = 0."""
 
     T: Scalar
     change: Scalar
@@ -29,18 +29,18 @@ class Kink(NamedTuple):
 
 
 class Cable(NamedTuple):
-    """Material of a cable, UFL scalars; None for what is absent."""
+    """Material of a cable as UFL scalars; None where a property is absent."""
 
     line_density: Scalar  #: rho0 [kg/m]
     EA: Scalar = None  #: axial stiffness [N]; None: inextensible
     diameter: Scalar = None  #: D [m]
     area: Scalar | None = None  #: A0 [m^2]
     damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
-    compliance: Scalar | None = None  #: 1/EA [1/N], 0 where inextensible: instead of EA where not all lines are alike
-    kinks: tuple[Kink, ...] = ()  #: of a table T(e), whose slope next to 0 is EA; none: Hooke's law
+    compliance: Scalar | None = None  #: 1/EA [1/N], 0 if inextensible; used instead of EA if it varies
+    kinks: tuple[Kink, ...] = ()  #: of a table T(e) with the slope EA at 0; none: Hooke's law
 
     def grown(self, diameter: Scalar, mass: Scalar) -> "Cable":
-        """With marine growth, by factors: thicker in drag and in volume, heavier, and as stiff as before."""
+        """Cable with marine growth: diameter and mass multiplied by factors (area by diameter^2), stiffness kept."""
         thicker = {"diameter": diameter * self.diameter, "area": diameter**2 * self.area}
         return self._replace(line_density=mass * self.line_density, **thicker)
 
@@ -54,14 +54,14 @@ class Point(NamedTuple):
 
 
 def elastic_tension(cable: Cable, T: Expr, r: Expr | None, r_t: Expr | None) -> Expr:
-    """T without what the damping carries, T - c e_t; T itself without damping or in statics."""
+    """T less the damping tension, T - c e_t; T itself without damping or in statics."""
     if cable.damping is None or r_t is None:
         return T
     return T - cable.damping * strain_rate(r, r_t)
 
 
 def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
-    """e of the elastic tension: T/EA, Eq. (12), or that of a table; None for an inextensible cable."""
+    """Strain e due to the elastic tension: T/EA, Eq. (12), or from a table; None for an inextensible cable."""
     if cable.EA is None and cable.compliance is None:
         return None
     T = elastic_tension(cable, T, r, r_t)
@@ -70,7 +70,7 @@ def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None
 
 
 def elastic_energy(cable: Cable, e: Expr, T: Expr, r: Expr, r_t: Expr) -> Expr:
-    """Integral of the elastic tension over e per unstretched length, 1/2 EA e^2 by Hooke's law [J/m]."""
+    """Integral of the elastic tension over e per unstretched length [J/m]; 1/2 EA e^2 for Hooke's law."""
     if cable.compliance is None and not cable.kinks:
         return 0.5 * cable.EA * e**2
     T = elastic_tension(cable, T, r, r_t)
@@ -99,9 +99,9 @@ def tension_term(r: Expr, T: Expr, e: Expr | None, v: Expr) -> Expr:
 def strain_equation(r: Expr, e: Expr | None, q: Expr, strain_form: str = "paper") -> Expr:
     """(11)_2, or with strain_form = "energy" 1/2 (|r'|^2/(1+e)^2 - 1, q).
 
-    Both hold where |r'| = 1 + e.  The second is the derivative of an energy with respect to T, so that the
-    Jacobian is symmetric for every pair of elements; the first is the second weighted by (1+e), symmetric for
-    constant T on each element only.
+    Both mean |r'| = 1 + e.  The second is the derivative of an energy with respect to T, so the Jacobian is
+    symmetric for every pair of elements; the first is the second multiplied by (1+e), symmetric only if T is
+    constant on each element.
     """
     stretch2 = dot(r.dx(0), r.dx(0))
     if e is None:
@@ -129,19 +129,19 @@ def weight_in_water(cable: Cable, gravity: Expr, rho_w: Scalar | None = None) ->
 
 
 def weight(cable: Cable, gravity: Expr, rho_w: Scalar | None, wet: Expr | None) -> list[Expr]:
-    """[weight in water], or of a line of which a part is wet [its weight, -wet rho_w A0 g], as `weight_in_water`."""
+    """[weight in water], or for a partly wet line [weight in air, -wet rho_w A0 g], as `weight_in_water`."""
     if wet is None:
         return [weight_in_water(cable, gravity, rho_w)]
     return [weight_in_water(cable, gravity), -wet * rho_w * cable.area * gravity]
 
 
 def wet_part(cable: Cable, flow: Flow, r: Expr, share: Expr) -> Expr:
-    """Part of a line that is under water, about a point that stands for the length `share` [m].
+    """Submerged fraction of the line near a quadrature point that represents the length `share` [m].
 
-    Where the surface cuts the line this falls from 1 to 0 over twice the height of that length and the line's diameter.
-    Over half of that the points of a quadrature would leave gaps: 3 instead of 25 % of `share` are wrong so, and the
-    force has a slope wherever the surface is.  Of an irregular sea that is summed at every evaluation the curvature is
-    not known, and missing in the derivative of that height.
+    Where the surface cuts the line, it falls from 1 to 0 over twice the height of that length, diameter included.  Over
+    half of that, gaps would remain between the quadrature points: this way the error is 3 instead of 25 % of `share`,
+    and the force has a derivative wherever the surface is.  In an irregular sea summed at every evaluation, the
+    curvature of the surface is unknown and missing from the derivative of that height.
     """
     up = r.dx(0)[2] if flow.slope is None else r.dx(0)[2] - dot(flow.slope, r.dx(0))
     return sea.wet_part(flow.depth(r), sqrt((share * up) ** 2 + (0.5 * cable.diameter) ** 2))
@@ -154,7 +154,7 @@ def tangent(r: Expr) -> Expr:
 
 # -- forces of the water, Eq. (6): functions (coefficient, cable, rho_w, flow, point) [N per stretched metre] ----------
 #
-# `flow` is the undisturbed water at the point (forms.sea.flow).  Each returns None where nothing moves that it feels.
+# `flow` is the undisturbed water at the point (forms.sea.flow).  Each returns None if neither line nor water moves.
 
 
 def normal_drag(C_dn: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
@@ -174,7 +174,7 @@ def tangential_drag(C_dt: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point
 
 
 def added_mass(C_A: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
-    """The part of f_am that the cable's own inertia in the water makes: rho_w A C_A (a_w,n - a_n)."""
+    """The added-mass part of f_am: rho_w A C_A (a_w,n - a_n)."""
     a_rel = relative(point.acceleration, flow.acceleration)
     if a_rel is None:
         return None
@@ -182,7 +182,7 @@ def added_mass(C_A: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Poin
 
 
 def tangential_added_mass(C_At: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
-    """rho_w A C_At (a_w,t - a_t): what a line takes along of the water beside it, a chain that of its gaps."""
+    """rho_w A C_At (a_w,t - a_t): water carried along by the line, such as that in the gaps of a chain."""
     a_rel = relative(point.acceleration, flow.acceleration)
     if a_rel is None:
         return None
@@ -197,27 +197,27 @@ def normal_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point
 
 
 def tangential_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
-    """rho_w A (a_w.t) t: absent in the paper, a choice of the cable."""
+    """rho_w A (a_w.t) t: absent in the paper, an option of the cable."""
     if flow.acceleration is None:
         return None
     return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[1]
 
 
-# -- power that stays in the material ----------------------------------------------------------------------------------
+# -- power dissipated in the material ----------------------------------------------------------------------------------
 
 
 def damping_power(c: Scalar, r: Expr, r_t: Expr) -> Expr:
-    """-c e_t^2 per unstretched length [W/m], what Kelvin-Voigt damping takes."""
+    """-c e_t^2 per unstretched length [W/m], dissipated by Kelvin-Voigt damping."""
     return -c * strain_rate(r, r_t) ** 2
 
 
 def taut_energy(cable: Cable, r: Expr) -> Expr:
-    """1/2 EA <|r'| - 1>^2 [J/m], the elastic energy of a damped rope: where it is slack T/EA is not its strain."""
+    """1/2 EA <|r'| - 1>^2 [J/m], elastic energy of a damped tension-only line, whose strain is not T/EA when slack."""
     return 0.5 * cable.EA * _taut_strain(r) ** 2
 
 
 def taut_damping_power(cable: Cable, r: Expr, T: Expr, e: Expr, r_t: Expr) -> Expr:
-    """The rest of -T/(1+e) r' . r_t' [W/m]: -c e_t^2 of a taut rope, EA <|r'| - 1> e_t of a slack one."""
+    """The rest of -T/(1+e) r' . r_t' [W/m]: -c e_t^2 of a taut line, EA <|r'| - 1> e_t of a slack one."""
     stretch = sqrt(dot(r.dx(0), r.dx(0)))
     return (cable.EA * _taut_strain(r) - T * stretch / (1 + e)) * strain_rate(r, r_t)
 

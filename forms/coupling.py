@@ -7,7 +7,7 @@ from .rotation import rotation_matrix
 
 
 def rigid_link(r_O: Expr, r_C: Expr, q4: Expr, body_offset: Expr, test: Expr) -> Expr:
-    """(9): (r_O - R(q4) r_CO^0 - r_C) . test, the offset r_CO^0 of O from C given in the body frame."""
+    """(9): (r_O - R(q4) r_CO^0 - r_C) . test, with the offset r_CO^0 of O from C in the body frame."""
     return inner(r_O - rotation_matrix(q4) * body_offset - r_C, test)
 
 

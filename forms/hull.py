@@ -2,10 +2,10 @@
 
 The hull is a body of revolution of radius R(zeta), zeta measured from the keel along the unit vector d of the
 slenderness axis.  The tangent plane of the free surface cuts a circular segment from the disk at zeta: A_wet is its
-area and the loads act at its centroid.  The displaced mass and the restoring moment of the water plane are then right
-at any tilt, upside down too, and the slope of a wave turns the hull as the isobars turn.
+area and the loads act at its centroid.  The displaced mass and the restoring moment of the water plane are therefore
+correct at any tilt, also upside down, and the hull is turned by the slope of a wave as the isobars are.
 
-What acts along the axis acts on faces: end discs, steps, and cones as rows of small steps.
+Loads along the axis act on faces: end discs, steps, and cones as rows of small steps.
 """
 
 from typing import NamedTuple
@@ -16,15 +16,15 @@ from . import morison, rotation
 from .kinds import Expr, Scalar
 from .sea import Flow, relative
 
-#: |c| is kept this far from 1, where acos(c) has no derivative; changes the wet area by 1e-15 of itself.
+#: Least distance of |c| from 1, where acos(c) has no derivative; the relative change of the wet area is 1e-15.
 CLAMP = 1e-10
 
-#: No disk comes closer to the water plane than this angle [rad]: the cut of an upright hull keeps a height (2e-7 R)
-#: over which the water plane's area is divided.  Volumes are off by its square.
+#: Least angle between a disk and the water plane [rad]: the cut through an upright hull thus extends over a height
+#: (2e-7 R), over which the water plane area is spread.  Relative errors of volumes are of the order of its square.
 LEAST_TILT = 1e-7
 
-#: A face goes under water over this part of its radius, or R sin(tilt) if that is more: without it, the added mass of
-#: an upright disc would come with a jump.
+#: A face submerges over this fraction of its radius, or over R sin(tilt) if that is more: otherwise the added mass of
+#: an upright disc would jump.
 FACE_TILT = 0.05
 
 
@@ -47,7 +47,7 @@ class BodyMotion(NamedTuple):
 
 
 class Strip(NamedTuple):
-    """A strip of the hull: its place, the undisturbed water on the axis there, and how much of it is wet."""
+    """A strip of the hull: its position, the undisturbed water on the axis there, and its wet area."""
 
     lever: Expr  #: from C to the axis [m]
     axis: Expr  #: d
@@ -59,30 +59,30 @@ class Strip(NamedTuple):
 
     @property
     def wet(self) -> Expr:
-        """Part of the disk that is wet."""
+        """Wet fraction of the disk."""
         return self.area / (pi * self.radius * self.radius)
 
     @property
     def relative_velocity(self) -> Expr | None:
-        """v_rel = v - v_a; None when neither the body nor the water moves."""
+        """v_rel = v - v_a; None if neither the body nor the water moves."""
         return relative(self.motion and self.motion.velocity_at(self.lever), self.flow.velocity)
 
     @property
     def relative_acceleration(self) -> Expr | None:
-        """a - a_w; None when neither is there."""
+        """a - a_w; None if both are absent."""
         return relative(self.motion and self.motion.acceleration_at(self.lever), self.flow.acceleration)
 
 
 class Face(NamedTuple):
-    """Wet part of what the hull turns along its axis: of a ring between the radii r and R, or of a metre of a cone."""
+    """Wet part of a face normal to the axis: of a ring between the radii r and R, or per metre of a cone."""
 
     area: Expr  #: pi (R^2 - r^2), or 2 pi R |R'|  [m^2, m^2/m]
-    volume: Expr  #: 2/3 pi (R^3 - r^3), or 2 pi R^2 |R'|: a disc as half a sphere of water [m^3, m^3/m]
+    volume: Expr  #: 2/3 pi (R^3 - r^3), or 2 pi R^2 |R'|: half a sphere of water for a disc [m^3, m^3/m]
     inertia: Expr  #: 8/45 (R^5 - r^5), or 8/9 R^4 |R'|: one face of a disc about a diameter [m^5, m^5/m]
 
 
 def ring(strip: Strip, inner: Scalar) -> Face:
-    """The face of a step from the radius `inner` to that of the strip, or of an end disc (inner = 0)."""
+    """The face of a step from the radius `inner` to that of the strip, or an end disc (inner = 0)."""
     R, r, wet = strip.radius, inner, strip.wet
     return Face(
         wet * pi * (R**2 - r**2),
@@ -107,10 +107,10 @@ def body_motion(R: Expr, mass: Scalar, inertia: Expr, p: Expr, p_t: Expr, L_C: E
 def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float) -> tuple[Expr, Expr]:
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
 
-    least_tilt: LEAST_TILT, or FACE_TILT of a face.
+    least_tilt: LEAST_TILT, or FACE_TILT for a face.
 
-    The plane with the surface's normal n that touches the free surface above x cuts the disk at the distance c w/R
-    uphill from its centre, w = R |uphill| being the disk's half-extent across the plane.
+    The tangent plane of the free surface above x, with the normal n, cuts the disk at the distance c w/R uphill from
+    its centre, where w = R |uphill| is the half-extent of the disk across the plane.
     """
     n = flow.normal
     uphill = n - dot(n, d) * d  # in the disk, of length sin(tilt)
@@ -123,7 +123,7 @@ def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float) -
 
 
 def full_section(radius: Expr, d: Expr, x: Expr, flow: Flow) -> tuple[Expr, Expr]:
-    """`wet_section` of a disk that is all wet."""
+    """`wet_section` of a fully submerged disk."""
     return pi * radius * radius, zero(3)
 
 
@@ -135,9 +135,9 @@ def across(x: Expr, d: Expr) -> Expr:
 def strip_load(strip: Strip, density: Expr, couple: Expr | None = None) -> tuple[Expr, Expr]:
     """Force and torque about C, per metre of axis, of a force per wet area that acts at the wet segment's centroid.
 
-    couple: torque per wet area that it brings besides.  Pressure turns no body of revolution about its axis, and
-    neither may what stands for it: the torque about the axis is left out.  In a uniform flow the strips then add up
-    to Eq. (10)_2 with its resultant in B.
+    couple: additional torque per wet area.  Pressure exerts no torque on a body of revolution about its axis, and
+    neither may drag and added mass, which represent it: the torque about the axis is left out.  In a uniform flow the
+    strips then add up to Eq. (10)_2 with its resultant in B.
     """
     torque = cross(strip.area * strip.lever + strip.moment, density)
     if couple is not None:
@@ -147,11 +147,11 @@ def strip_load(strip: Strip, density: Expr, couple: Expr | None = None) -> tuple
 
 # -- Eq. (10) on strips: functions (coefficient, hull, rho_w, strip) [N per wet area and metre of axis] ---------------
 #
-# Each returns None where nothing moves that it feels.
+# Each returns None if its velocity or acceleration is absent.
 
 
 def buoyancy(gravity: Expr, rho_w: Scalar, strip: Strip) -> Expr:
-    """Archimedes: -rho_w g, of which F^r and tau^r of Eq. (10) come."""
+    """Archimedes: -rho_w g, which gives F^r and tau^r of Eq. (10)."""
     return -rho_w * gravity
 
 
@@ -161,9 +161,9 @@ def froude_krylov(_: None, rho_w: Scalar, strip: Strip) -> Expr | None:
 
 
 def froude_krylov_couple(_: None, rho_w: Scalar, strip: Strip) -> Expr | None:
-    """Its gradient across the disk: rho_w R^2/4 sum_i e_i x (e_i . grad) a_w, e_1 and e_2 in the disk.
+    """Couple of the pressure gradient across the disk: rho_w R^2/4 sum_i e_i x (e_i . grad) a_w, e_1, e_2 in the disk.
 
-    Summed over all three directions that is the curl of a_w, which is zero: what is left is the part of the axis.
+    The sum over all three directions is the curl of a_w, which is zero, so it is computed from the term of the axis.
     """
     G = strip.flow.acceleration_gradient
     return None if G is None else -0.25 * rho_w * strip.radius**2 * cross(strip.axis, dot(G, strip.axis))
@@ -186,11 +186,11 @@ def normal_drag(C_dn: Scalar, rho_w: Scalar, strip: Strip) -> Expr | None:
 
 # -- on faces: functions (coefficient, rho_w, strip, face) -> (force [N], torque about C [N m]), absent: None ----------
 #
-# Forces are along the axis and in it: without torque about C.  Of cones both are per metre of axis.
+# Forces act along the axis and on it: no torque about C.  For cones both are per metre of axis.
 
 
 def axial_drag(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[Expr | None, None]:
-    """-1/2 C rho_w A |v_rel.d| (v_rel.d) d of the projected area A of a wet face."""
+    """-1/2 C rho_w A |v_rel.d| (v_rel.d) d on the projected area A of a wet face."""
     v_rel = strip.relative_velocity
     if v_rel is None:
         return None, None
@@ -201,8 +201,7 @@ def axial_drag(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[Expr
 def axial_added_mass(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[Expr | None, None]:
     """C rho_w 2 pi int R^2 |dR| (a_w - a).d d: a stepped or tapered end has the added mass of one disc.
 
-    It is referred to half a sphere, rho_w 2/3 pi R^3 (as MoorDyn's end coefficient); 2/pi is the value of one face of
-    a thin disc.
+    The coefficient refers to half a sphere, rho_w 2/3 pi R^3 (as in MoorDyn); it is 2/pi for one face of a thin disc.
     """
     a_rel = strip.relative_acceleration
     if a_rel is None:
@@ -211,7 +210,7 @@ def axial_added_mass(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tupl
 
 
 def rotational_added_mass(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[None, Expr | None]:
-    """-C rho_w 8/45 R^5 times the angular acceleration about a diameter, relative to that of the water in the disc."""
+    """-C rho_w 8/45 R^5 times the angular acceleration about a diameter, relative to the water in the disc."""
     own = strip.motion and across(strip.motion.angular_acceleration, strip.axis)
     G = strip.flow.acceleration_gradient
     spin = relative(own, None if G is None else cross(dot(G, strip.axis), strip.axis))

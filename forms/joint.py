@@ -14,7 +14,7 @@ from .kinds import Expr, Scalar
 from .morison import smooth_norm
 from .sea import Flow, relative
 
-#: A body of less has this volume where it comes out of the water [m^3].
+#: Least volume assumed where a body leaves the water [m^3].
 LEAST_VOLUME = 1e-9
 
 
@@ -38,18 +38,18 @@ def weight_in_water(body: JointBody, gravity: Expr, rho_w: Scalar | None = None)
 
 
 def weight(body: JointBody, gravity: Expr, rho_w: Scalar | None, wet: Expr | None) -> list[Expr]:
-    """[weight in water], or of a body of which a part is wet [its weight, -wet rho_w V g], as `weight_in_water`."""
+    """[weight in water], or for a partly wet body [weight in air, -wet rho_w V g], as `weight_in_water`."""
     if wet is None:
         return [weight_in_water(body, gravity, rho_w)]
     return [weight_in_water(body, gravity), -wet * rho_w * body.volume * gravity]
 
 
 def wet_part(body: JointBody, flow: Flow, r: Expr) -> Expr:
-    """Part of a body that is under water: of a ball of its volume."""
+    """Submerged fraction of a body, taken as a ball of its volume."""
     return sea.wet_part(flow.depth(r), (0.75 / pi * max_value(body.volume, LEAST_VOLUME)) ** (1 / 3))
 
 
-# -- forces of the water: functions (coefficient, body, rho_w, flow, point) [N], None where there is nothing to feel --
+# -- forces of the water: functions (coefficient, body, rho_w, flow, point) [N], None if neither body nor water moves --
 
 
 def drag(C_A: Scalar, body: JointBody, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:

@@ -1,4 +1,4 @@
-"""Types that the functions take and give.  Scalars may be plain numbers where a form is checked by hand."""
+"""Types of arguments and results.  Scalars may be plain numbers where a form is checked by hand."""
 
 from ufl.core.expr import Expr
 

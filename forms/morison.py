@@ -4,8 +4,8 @@ from ufl import dot, sqrt
 
 from .kinds import Expr, Scalar
 
-#: Speed below which |v| is rounded off, [m/s].  The drag at 1 mm/s is off by 5e-7 of itself; without it |v| has no
-#: derivative at v = 0 and a start from rest in still water gives NaN.
+#: Speed below which |v| is smoothed [m/s].  The relative error of the drag at 1 mm/s is 5e-7; without smoothing |v| has
+#: no derivative at v = 0, and a start from rest in still water gives NaN.
 SMOOTHING_SPEED = 1e-6
 
 
@@ -20,7 +20,7 @@ def smooth_abs(x: Expr) -> Expr:
 
 
 def split(x: Expr, t: Expr) -> tuple[Expr, Expr]:
-    """(x_n, x_t): normal and tangential part of x with respect to the unit vector t."""
+    """(x_n, x_t): parts of x normal and tangential to the unit vector t."""
     x_t = dot(x, t) * t
     return x - x_t, x_t
 

@@ -1,10 +1,10 @@
-"""Radiation and diffraction of a hull of revolution by potential flow, at small tilt.
+"""Radiation and diffraction by a hull of revolution from potential flow, at small tilt.
 
-Five velocities count, v = (x_C, y_C, z_C, d_x, d_y)_t: that of C, and of the axis d where it leans.  In each vertical
-plane those of C and d go together as surge and pitch do; forces on them are (F, m), of which the body has the force F
-and the torque d x m.  Their power is that of (F, m) on v, and none turns the body about its axis.
+There are five velocities, v = (x_C, y_C, z_C, d_x, d_y)_t: those of C and the horizontal ones of the axis d.  In each
+vertical plane those of C and d correspond to surge and pitch.  The generalised forces (F, m) act on the body as the
+force F and the torque d x m.  Their power is that of (F, m) on v, and they have no torque about the axis.
 
-    (F, m) = -A_inf v_t - int K(t - s) v(s) ds + sum of the components' diffraction
+    (F, m) = -A_inf v_t - int K(t - s) v(s) ds + sum over the wave components of diffraction
 
 Functions (coefficients, body) -> (force [N], torque about C [N m]).
 """
@@ -36,7 +36,7 @@ def added_mass(at_once: Expr, body: Body) -> Load:
 
 
 def memory(c: Any, body: Body) -> Load:
-    """-c.damping v + c.force, which is what a time step makes of the integral (`model.radiation`)."""
+    """-c.damping v + c.force, the memory integral discretised over a time step (`model.radiation`)."""
     if body.motion is None:
         return None, None
     v, leaning = body.motion.velocity, cross(body.motion.angular_velocity, axis(body.quaternion))
@@ -44,7 +44,7 @@ def memory(c: Any, body: Body) -> Load:
 
 
 def diffraction(c: Any, body: Body) -> Load:
-    """c.force + c.slope (x - c.place): that of the waves' components at the place of C, with its slope there."""
+    """c.force + c.slope (x - c.place): diffraction force of the wave components at C, linearised about c.place."""
     if body.motion is None:
         return None, None
     x = as_vector([body.position[i] - c.place[i] for i in range(2)])
@@ -52,7 +52,7 @@ def diffraction(c: Any, body: Body) -> Load:
 
 
 def drift(c: Any, body: Body) -> Load:
-    """c.force in the horizontal plane, at C: the slow second-order force of the waves there."""
+    """c.force in the horizontal plane, at C: the slowly varying second-order wave drift force."""
     if body.motion is None:
         return None, None
     return as_vector([c.force[0], c.force[1], 0.0]), None

@@ -7,7 +7,7 @@ from .kinds import Expr
 
 
 def rotation_matrix(q4: Expr) -> Expr:
-    """R(q4) for any |q4| > 0: the quaternion is divided by its own length.
+    """R(q4) for any |q4| > 0: the quaternion is normalised.
 
     With q4 = (cos(beta/2), lambda sin(beta/2)) this is the matrix of the paper,
     cos(beta) I + (1 - cos(beta)) lambda lambda^T + sin(beta) S(lambda).
@@ -46,12 +46,12 @@ def conjugate(q4: Expr) -> Expr:
 
 
 def apply_inverse_inertia(R: Expr, inertia: Expr, L_C: Expr) -> Expr:
-    """I_C^{-1} L_C = R diag(inertia)^{-1} R^T L_C, in the world frame; `inertia` are the body's principal moments."""
+    """I_C^{-1} L_C = R diag(inertia)^{-1} R^T L_C in the world frame; inertia: the body's principal moments."""
     L_body = ufl.transpose(R) * L_C
     return R * as_vector([L_body[i] / inertia[i] for i in range(3)])
 
 
 def angular_acceleration(R: Expr, inertia: Expr, L_C: Expr, L_C_t: Expr) -> Expr:
-    """omega_t = I_C^{-1} (L_C_t - omega x L_C), from L_C = I_C omega with the inertia turning along."""
+    """omega_t = I_C^{-1} (L_C_t - omega x L_C), from L_C = I_C omega with I_C rotating with the body."""
     omega = apply_inverse_inertia(R, inertia, L_C)
     return apply_inverse_inertia(R, inertia, L_C_t - cross(omega, L_C))

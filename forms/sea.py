@@ -1,7 +1,7 @@
 """The water: Airy waves with stretching above still water, and currents.
 
 World frame, z = 0 at still water level, sea bed at z = -depth.  The elevation is
-eta = a cos(theta), theta = k . x - omega t + phase.  A tide lifts all of it.
+eta = a cos(theta), theta = k . x - omega t + phase.  A tide raises the still water level and the waves on it.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,11 +12,11 @@ from ufl import as_matrix, as_vector, bessel_J, conditional, cos, dot, exp, inne
 from .kinds import Expr, Scalar
 
 Current = Callable[[Expr], Expr]  #: x -> velocity of the current there [m/s]
-Lesser = Callable[[Expr, Scalar], Expr]  #: the lesser one of two numbers
+Lesser = Callable[[Expr, Scalar], Expr]  #: minimum of two numbers
 
 
 class Wave(NamedTuple):
-    """A regular wave; every entry is a UFL scalar but `stretching`, which is a choice made when the form is built."""
+    """A regular wave; all entries are UFL scalars except `stretching`, which is chosen when the form is built."""
 
     amplitude: Scalar  #: a, ramp included [m]
     wavenumber: Scalar  #: k [1/m]
@@ -29,15 +29,15 @@ class Wave(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """Undisturbed water at a point; what is not there is None."""
+    """Undisturbed water at a point; None where a field is absent."""
 
     elevation: Expr | None  #: of the free surface above the point [m]
     velocity: Expr  #: [m/s]; None in still water
     acceleration: Expr | None  #: due to waves [m/s^2]
     slope: Expr | None = None  #: grad(elevation), a horizontal vector [1]
-    acceleration_gradient: Expr | None = None  #: symmetric: potential flow turns nothing [1/s^2]
+    acceleration_gradient: Expr | None = None  #: symmetric: potential flow is irrotational [1/s^2]
     velocity_gradient: Expr | None = None  #: of waves, symmetric [1/s]
-    level: Expr | None = None  #: of still water, above that at t = 0: a tide [m]
+    level: Expr | None = None  #: tide: still water level above that at t = 0 [m]
 
     @property
     def normal(self) -> Expr:
@@ -69,10 +69,10 @@ def elevation(wave: Wave, x: Expr) -> Expr:
 
 
 def stretched(wave: "Wave | Samples", z: Expr, eta: Expr) -> Expr:
-    """Height at which the linear kinematics are read for a point at height z under the elevation eta.
+    """Height at which the linear kinematics are evaluated for a point at height z under the elevation eta.
 
-    "wheeler" maps [-h, eta] onto [-h, 0], "vertical" reads everything above z = 0 at z = 0, "none"
-    extrapolates the exponentials of linear theory.
+    "wheeler" maps [-h, eta] onto [-h, 0], "vertical" uses the values at z = 0 above it, "none" extrapolates
+    the exponentials of linear theory.
     """
     if wave.stretching == "wheeler":
         return min_value(wave.depth * (z - eta) / (wave.depth + eta), 0.0)
@@ -82,7 +82,7 @@ def stretched(wave: "Wave | Samples", z: Expr, eta: Expr) -> Expr:
 
 
 def depth_decay(wave: Wave, z: Expr) -> tuple[Expr, Expr]:
-    """(cosh k(z+h), sinh k(z+h)) / sinh kh, in decaying exponentials that cannot overflow in deep water."""
+    """(cosh k(z+h), sinh k(z+h)) / sinh kh, from decaying exponentials that cannot overflow in deep water."""
     k, h = wave.wavenumber, wave.depth
     down, up = exp(k * z), exp(-k * (z + 2 * h))
     bottom = 1 - exp(-2 * k * h)
@@ -92,7 +92,7 @@ def depth_decay(wave: Wave, z: Expr) -> tuple[Expr, Expr]:
 def wave_flow(wave: Wave, x: Expr) -> Flow:
     """An Airy wave at x: elevation, its slope, velocity and local acceleration of the water, and their gradients.
 
-    The gradients are those of linear theory at the stretched height: symmetric and without trace.
+    The gradients are those of linear theory at the stretched height: symmetric and traceless.
     """
     eta, theta = elevation(wave, x), phase(wave, x)
     Sc, Ss = depth_decay(wave, stretched(wave, x[2], eta))
@@ -112,28 +112,28 @@ def wave_flow(wave: Wave, x: Expr) -> Flow:
 
 
 class Samples(NamedTuple):
-    """A sum of waves at a place near x, in numbers: what `sampled_flow` continues from there to x.
+    """Numerical values of a sum of waves at a point near x, which `sampled_flow` extrapolates to x.
 
-    numbers: `PLACE` where they are taken, and there elevation, slope, and in linear theory velocity and acceleration
-    with their derivatives; SMALL of them, or LARGE with second derivatives too.
+    numbers: the point (`PLACE`), and there elevation, slope, and velocity and acceleration of linear theory with
+    their derivatives; SMALL of them, or LARGE with second derivatives too.
     """
 
     numbers: Expr
     depth: Scalar  #: h [m]
     stretching: str = "wheeler"
-    steep: bool = False  #: harmonics of one wave: the acceleration is the total one, and its gradient has a trace
+    steep: bool = False  #: harmonics of one wave: total acceleration, whose gradient has a trace
 
 
 #: Numbers of a sample: (x, y, stretched z); eta; its slope; v; grad v; a; grad a; second derivatives of eta, v and a.
-#: Gradients of potential flow as xx, xy, yy, xz, yz, the next as xxx, xxy, xyy, yyy, xxz, xyz, yyz.
+#: Gradients of potential flow as xx, xy, yy, xz, yz; second gradients as xxx, xxy, xyy, yyy, xxz, xyz, yyz.
 PLACE, ETA, SLOPE, V, GRAD_V, A, GRAD_A, CURVATURE, GRAD2_V, GRAD2_A = 0, 3, 4, 6, 9, 14, 17, 22, 25, 32
 SMALL, LARGE = 22, 39
 
 
 def sampled_flow(samples: Samples, x: Expr, z: Expr | None = None) -> Flow:
-    """Waves at x by Taylor's formula in (x, y, stretched z): at the place of the sample exact, with its derivatives.
+    """Waves at x by Taylor expansion in (x, y, stretched z): exact at the point of the sample, derivatives included.
 
-    z: the stretched height if the samples' own elevation is not what stretches it.
+    z: the stretched height, if not computed from the elevation of these samples.
     """
     s = samples.numbers
     large = s.ufl_shape[0] == LARGE
@@ -143,7 +143,7 @@ def sampled_flow(samples: Samples, x: Expr, z: Expr | None = None) -> Flow:
     if large:
         xx, xy, yy = (s[CURVATURE + i] for i in range(3))
         turned = xx * dx + xy * dy, xy * dx + yy * dy
-        eta += 0.5 * (turned[0] * dx + turned[1] * dy)  # the wind looks at it from beside
+        eta += 0.5 * (turned[0] * dx + turned[1] * dy)  # needed for the wind, at some distance
         slope = [slope[0] + turned[0], slope[1] + turned[1]]
     d = as_vector([dx, dy, (stretched(samples, x[2], eta) if z is None else z) - s[2]])
     trace = None
@@ -160,14 +160,14 @@ def sampled_flow(samples: Samples, x: Expr, z: Expr | None = None) -> Flow:
 
 
 def _symmetric(g: Sequence[Expr], trace: Expr | None = None) -> Expr:
-    """Symmetric tensor from xx, xy, yy, xz, yz, and its trace if it has one."""
+    """Symmetric tensor from xx, xy, yy, xz, yz and its trace (None: zero)."""
     xx, xy, yy, xz, yz = g
     zz = -xx - yy if trace is None else trace - xx - yy
     return as_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _gradient_near(s: Expr, place: int, second: int | None, trace: Expr | None, d: Expr) -> Expr:
-    """A gradient of a sample, continued by the distance d with its derivatives if there are any."""
+    """A gradient of a sample, extrapolated by d with its derivatives if there are any."""
     g = [s[place + i] for i in range(5)]
     if second is None:
         return _symmetric(g, trace)
@@ -177,7 +177,7 @@ def _gradient_near(s: Expr, place: int, second: int | None, trace: Expr | None, 
 
 
 def sampled_average(samples: Sequence[Samples], x: Expr) -> Flow:
-    """`averaged_over_disk` of samples: of the plain ones, of those weighted for means, of those for first moments."""
+    """`averaged_over_disk` for samples: plain ones, ones weighted for means, and ones weighted for first moments."""
     plain = sampled_flow(samples[0], x)
     z = stretched(samples[0], x[2], plain.elevation)
     mean, moment = (sampled_flow(weighted, x, z) for weighted in samples[1:])
@@ -210,7 +210,7 @@ def averaged_over_disk(flow: Flow, k_R: Expr) -> Flow:
     """Elevation and acceleration averaged over a horizontal disk of radius R, slope and gradient weighted with its
     second moment: factors 2 J1(kR)/(kR) and 8 J2(kR)/(kR)^2.
 
-    Velocities stay those in the centre: drag is no integral over the disk.
+    Velocities remain those at the centre, because drag is not an integral over the disk.
     """
     x = max_value(k_R, 1e-6)  # at a pointed end the factors are 1
     mean, moment = 2 * bessel_J(1, x) / x, 8 * bessel_J(2, x) / (x * x)
@@ -227,16 +227,16 @@ def uniform_current(velocity: Expr) -> Current:
     return lambda x: velocity
 
 
-#: Half the width over which a slope turns in a corner; a power of two, so that sums are exact.
+#: Half the width over which a corner is rounded; a power of two, so that sums are exact.
 CORNER = 2.0**-16
 
 
 def at_most(x: Expr, high: Scalar) -> Expr:
-    """The lesser one of the two, whose slope in the corner is the mean of both sides; the value there is exact.
+    """Minimum of the two with a rounded corner: the slope there is the mean of both sides, the value exact.
 
-    The middle one of the points of a hull in still water lies at z = 0 but for rounding (1e-8 of the hull): in the
-    corner of every profile that ends or turns there, where a sharp one would leave its slope to chance.  For lines,
-    whose points only ever pass a corner, it is not worth its price: a tenth of their equations.
+    The middle point of a hull in still water is at z = 0 to rounding (1e-8 of the hull), in the corner of every
+    profile that ends or bends there; at a sharp corner its slope would be a matter of chance.  For lines, whose points
+    only pass a corner, rounding is not worth its cost, a tenth of their equations.
     """
     t = max_value(min_value((x - high) / CORNER, 1.0), -1.0)
     return min_value(x, high - CORNER) + CORNER * (1 + t / 2 - t**2 + max_value(t, -t) * t**2 / 2)
@@ -245,7 +245,7 @@ def at_most(x: Expr, high: Scalar) -> Expr:
 def power_law_current(velocity: Expr, depth: Scalar, exponent: Scalar, lesser: Lesser = min_value) -> Current:
     """x -> velocity (1 + z/depth)^exponent, velocity at and above still water.
 
-    lesser: makes the corner; see `at_most`.
+    lesser: the minimum that forms the corner; see `at_most`.
     The last thousandth of the depth is cut off, where the exact profile has an infinite slope.
     """
 
@@ -261,7 +261,7 @@ def tabulated_current(
 ) -> Current:
     """x -> direction * s(z), s piecewise linear through (z_i, speed_i), z_i increasing, constant beyond the ends.
 
-    lesser: makes the corners; see `at_most`.
+    lesser: the minimum that forms the corners; see `at_most`.
     """
 
     def profile(x: Expr) -> Expr:
@@ -275,7 +275,7 @@ def tabulated_current(
 
 
 def relative(own: Expr | None, water: Expr | None) -> Expr | None:
-    """A body's velocity or acceleration less the water's; what is absent is None, and so is their difference if both
+    """Velocity or acceleration of a body relative to the water; None means absent, and the result is None if both
     are."""
     if water is None:
         return own
@@ -283,7 +283,7 @@ def relative(own: Expr | None, water: Expr | None) -> Expr | None:
 
 
 def flow(x: Expr, wave: "Wave | Samples | None" = None, current: Current | None = None) -> Flow:
-    """The undisturbed water at x: v_a = v_w + v_c.  An absent part is None, not zero (elevation None: still water)."""
+    """The undisturbed water at x: v_a = v_w + v_c.  Absent parts are None, not zero (elevation None: still water)."""
     if wave is None:
         water = Flow(None, None, None)
     else:
@@ -300,11 +300,11 @@ def with_current(waves: Flow, x: Expr, current: Current | None) -> Flow:
 
 
 def wet_part(depth: Expr, extent: Expr) -> Expr:
-    """Part under water of what reaches as far as `extent` above and below a point at a depth: of a ball, 0 to 1."""
+    """Submerged fraction, 0 to 1, of a ball of radius `extent` whose centre is at the given depth."""
     c = max_value(min_value(depth / extent, 1.0), -1.0)
     return 0.5 + 0.75 * c - 0.25 * c**3
 
 
 def linear_below(x: Expr, x0: Scalar, value: Expr) -> Expr:
-    """`value` above x0, its linear fall to zero at x = 0, zero below: removes an infinite slope at 0."""
+    """`value` above x0, falling linearly to zero at x = 0, and zero below: removes an infinite slope at 0."""
     return conditional(lt(x, x0), max_value(x, 0.0) / x0, 1.0) * value

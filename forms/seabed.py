@@ -1,14 +1,14 @@
-"""The sea bed, a plane n . x = d or a surface z = b(x, y): a spring with a damper that fades in, and friction that
-remembers where it holds.
+"""The sea bed, a plane n . x = d or a surface z = b(x, y): a spring with a damper that fades in, and friction with
+memory.
 
-Per unstretched metre of a line, or of a body as a whole, with the gap g = n . r - d and <-g> = max(-g, 0):
+Per unstretched metre of a line, or for a body as a whole, with the gap g = n . r - d and <-g> = max(-g, 0):
 
     p   = max(k <-g> - c min(<-g>/delta, 1) n . r_t, 0)
     f_t = -k_t u min(1, mu p/(k_t |u|)),     u = (I - n n)(r - r_a)
 
-delta is the sag under its own weight.  A damper that is there at once on contact makes Newton fail; this one grows with
-the penetration.  Friction is a spring from the place r_a where the line holds on, which slides when the spring pulls
-more than mu p: at the end of each step r_a := r - u min(1, mu p/(k_t |u|)).  At rest it holds for ever.
+delta is the penetration under its own weight.  A damper that acts fully at first contact makes Newton fail; this one
+grows with the penetration.  Friction is a spring from the stick point r_a, which slides when the spring force exceeds
+mu p: at the end of each step r_a := r - u min(1, mu p/(k_t |u|)).  At rest it does not creep.
 """
 
 from typing import NamedTuple
@@ -17,12 +17,12 @@ from ufl import as_vector, dot, max_value, min_value, sqrt
 
 from .kinds import Expr, Scalar
 
-#: Length below which |u| is rounded off [m]: the spring is linear there anyway.
+#: Length below which |u| is smoothed [m]: the spring is linear there anyway.
 SMOOTHING_LENGTH = 1e-9
 
 
 class Contact(NamedTuple):
-    """A point on or over the bed, and what it presses with: per metre of a line, or of a body."""
+    """A point on or above the bed and its contact coefficients, per metre of a line or for a whole body."""
 
     normal: Expr  #: n, upwards
     gap: Expr  #: g [m]
@@ -45,7 +45,7 @@ def gap(normal: Expr, level: Scalar, x: Expr) -> Expr:
 
 
 class Ground(NamedTuple):
-    """A bed near the place (x_0, y_0): its height b there, slope and curvature, for Taylor's formula."""
+    """A bed near the point (x_0, y_0): its height b there, slope and curvature, for a Taylor expansion."""
 
     x: Expr
     y: Expr
@@ -64,7 +64,7 @@ class Ground(NamedTuple):
 
 
 def pressure(contact: Contact) -> Expr:
-    """p [N]: never negative, the bed does not hold back."""
+    """p [N]: never negative, because the bed does not pull."""
     spring = contact.stiffness * contact.penetration
     if contact.speed is None:
         return spring
@@ -86,7 +86,7 @@ def friction(mu: Scalar, contact: Contact) -> Expr:
 
 
 def holding(is_sinker: Scalar, contact: Contact) -> Expr:
-    """-k <g> n - k_t u [N]: what besides the bed holds a sinker at its place at rest, however it is pulled."""
+    """-k <g> n - k_t u [N]: additional force that holds a sinker in place in statics, however large the pull."""
     n, d = contact.normal, contact.displacement
     return -is_sinker * (contact.stiffness * max_value(contact.gap, 0.0) * n + contact.stick * (d - dot(n, d) * n))
 

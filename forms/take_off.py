@@ -1,9 +1,8 @@
-"""A power take-off, a spring or a damper between two points: a tension along the line from one to the other.
+"""A power take-off, spring or damper between two points: a tension along the line between them.
 
     T = T_0 + k (l - l_0) + c l_t + c_2 |l_t| l_t + F l_t/sqrt(l_t^2 + v_0^2) + k_s (<l - l_max> - <l_min - l>)
 
-with the distance l of the points, its rate l_t and <x> = max(x, 0).  What the terms with l_t take is the power that is
-absorbed.
+with the distance l of the points, its rate l_t and <x> = max(x, 0).  The absorbed power is that of the terms with l_t.
 """
 
 from typing import Any, NamedTuple
@@ -12,7 +11,7 @@ from ufl import dot, max_value, sqrt
 
 from .kinds import Expr, Scalar
 
-#: Square of a distance that is nothing [m^2]: two points that meet have no direction.
+#: Square of a negligible distance [m^2]: coincident points have no direction.
 NOTHING = 1e-24
 
 
@@ -32,7 +31,7 @@ def stretch(first: Expr, second: Expr, first_t: Expr | None = None, second_t: Ex
     return Stretch(way / length, length, rate)
 
 
-# -- tensions: functions (coefficients, stretch) [N], None where nothing moves -----------------------------------------
+# -- tensions: functions (coefficients, stretch) [N], None in statics --------------------------------------------------
 
 
 def pretension(T_0: Scalar, s: Stretch) -> Expr:
@@ -56,16 +55,16 @@ def damper(coefficient: Scalar, s: Stretch) -> Expr | None:
 
 
 def quadratic_damper(coefficient: Scalar, s: Stretch) -> Expr | None:
-    """c_2 |l_t| l_t, written as sqrt(l_t^2) l_t: with a derivative where nothing moves."""
+    """c_2 |l_t| l_t, written with a smoothed sqrt(l_t^2) to have a derivative at l_t = 0."""
     return None if s.rate is None else coefficient * sqrt(s.rate**2 + NOTHING) * s.rate
 
 
 def friction(c: Any, s: Stretch) -> Expr | None:
-    """F l_t/sqrt(l_t^2 + v_0^2): Coulomb's, smooth where the direction turns."""
+    """F l_t/sqrt(l_t^2 + v_0^2): Coulomb friction, smoothed at reversal."""
     return None if s.rate is None else c.force * s.rate / sqrt(s.rate**2 + c.speed**2)
 
 
-# -- energies of the tensions that store: functions (coefficients, stretch) [J] ---------------------------------------
+# -- energies of the conservative tensions: functions (coefficients, stretch) [J] --------------------------------------
 
 
 def pretension_energy(T_0: Scalar, s: Stretch) -> Expr:

@@ -9,7 +9,7 @@ from .kinds import Expr, Scalar
 from .rotation import rotation_matrix
 from .sea import linear_below
 
-#: Height below which the profile's infinite slope at the water is replaced by a straight line [m].
+#: Height below which the profile, whose slope at the water is infinite, is replaced by a straight line [m].
 SMOOTHING_HEIGHT = 1e-3
 
 
@@ -24,7 +24,7 @@ def wind_force(z: Expr, direction: Expr, speed_10m: Scalar, C_wind: Scalar, rho_
 
 
 def wind_load(c: Any, body: Body) -> tuple[Expr, Expr]:
-    """Wind force at the body point c.offset from C, by its height over the water there, and its torque about C.
+    """Wind force at the body point c.offset from C, from its height above the water there, and its torque about C.
 
     c: offset, direction, speed, drag_coefficient, air_density, area.
     """

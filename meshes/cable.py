@@ -6,8 +6,8 @@ import numpy as np
 def cable_nodes(length, elements, grading=1.0):
     """Increasing arc lengths of the element ends [m], from 0 to `length`.
 
-    elements: a number, or a list of (length, number) of segments from the anchor.  grading: size of the last element
-    over that of the first (geometric; within each segment).
+    elements: a number, or a list of (length, number) per segment from the anchor.  grading: ratio of the last element's
+    size to the first's (geometric; within each segment).
     """
     segments = [(length, elements)] if isinstance(elements, int) else elements
     nodes, start = [0.0], 0.0
@@ -19,7 +19,7 @@ def cable_nodes(length, elements, grading=1.0):
 
 
 def number_of_cells(elements) -> int:
-    """Number of elements that `cable_nodes` is given, one number or (length, count) of each part."""
+    """Total number of elements in the argument of `cable_nodes`: a number, or (length, count) per segment."""
     return elements if isinstance(elements, int) else int(sum(count for _, count in elements))
 
 

@@ -1,4 +1,4 @@
-"""Mesh files through meshio, which is imported when there is one: it takes 0.03 s."""
+"""Mesh files through meshio, imported only when needed because that takes 0.03 s."""
 
 import numpy as np
 
@@ -15,14 +15,14 @@ def write_line(path, points, point_data=None, cell_data=None):
 def read_nodes(path):
     """Arc lengths of the nodes of a line mesh file (its x coordinate), sorted.
 
-    Raises ValueError if meshio cannot read the file, if it has no line cells or does not start at 0.
+    Raises ValueError if meshio cannot read the file, or it has no line cells or does not start at 0.
     """
     import meshio
 
     try:
         mesh = meshio.read(path)
         lines = [mesh.points[block.data, 0].ravel() for block in mesh.cells if block.type == "line"]
-    except (Exception, SystemExit) as error:  # whatever meshio does with a bad file; it even exits
+    except (Exception, SystemExit) as error:  # meshio may raise anything, even SystemExit, on a bad file
         raise ValueError(f"meshio cannot read {path} ({str(error).rstrip('.') or type(error).__name__})") from None
     if not lines:
         raise ValueError(f"{path} has no line cells")

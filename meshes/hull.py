@@ -34,16 +34,16 @@ class HullShape:
 
     @cached_property
     def segments(self):
-        """(height0, height1, radius0, radius1) of every frustum; stations that nearly coincide are a step, and where
-        the diameter is zero there is nothing."""
+        """(height0, height1, radius0, radius1) of every frustum; nearly coincident stations are a step, and parts of
+        zero diameter are omitted."""
         h, r, least = self.heights.tolist(), self.radii.tolist(), 1e-9 * self.height
         pairs = zip(h, h[1:], r, r[1:], strict=False)
         return [(a, b, ra, rb) for a, b, ra, rb in pairs if b - a > least and ra + rb > 0]
 
     def pieces(self, cells):
-        """The frusta as `segments` has them, each in as many parts as make about `cells` of the whole height.
+        """The frusta of `segments`, subdivided into about `cells` parts over the whole height.
 
-        No part is longer than two diameters of the hull: waves that are short enough to change along it diffract.
+        No part is longer than two diameters of the hull: waves short enough to vary along it are diffracted.
         """
         found = []
         for a, b, ra, rb in self.segments:
@@ -53,7 +53,7 @@ class HullShape:
         return found
 
     def faces(self):
-        """(height, inner radius, outer radius) of every end disc and of the ring at every step."""
+        """(height, inner radius, outer radius) of every end disc and of the ring at each step."""
         h, r, least = self.heights, self.radii, 1e-9 * self.height
         found = [(0.0, 0.0, r[0])]
         for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False):
@@ -63,7 +63,7 @@ class HullShape:
         return [(float(z), float(inner), float(outer)) for z, inner, outer in found if outer > inner]
 
     def projected(self, draft):
-        """Sums over the faces below the height `draft` of the upright hull, cones among them: area pi |d R^2| [m^2],
+        """Sums over the faces below the height `draft` of the upright hull, including cones: area pi |d R^2| [m^2],
         half spheres 2/3 pi |d R^3| [m^3], discs about a diameter 8/45 |d R^5| [m^5]."""
         pairs = [(inner, outer) for z, inner, outer in self.faces() if z <= draft and z < self.height]
         for a, b, ra, rb in self.segments:
@@ -76,11 +76,11 @@ class HullShape:
 
     @property
     def tapered(self) -> bool:
-        """True if it has a cone."""
+        """True if the hull has a cone."""
         return any(ra != rb for _, _, ra, rb in self.segments)
 
     def radius(self, zeta, inside):
-        """R(zeta) [m] of the frustum that contains the height `inside` (decides at a step)."""
+        """R(zeta) [m] of the frustum that contains the height `inside`, which selects the side at a step."""
         zeta, inside = np.broadcast_arrays(np.asarray(zeta, float), inside)
         result = np.zeros(zeta.shape)
         for a, b, ra, rb in self.segments:
@@ -100,7 +100,7 @@ class HullShape:
         return total
 
     def volume(self, draft=None):
-        """Volume below the height `draft` of the upright hull [m^3] (of all of it by default)."""
+        """Volume below the height `draft` of the upright hull [m^3] (total volume by default)."""
         return float(self.integrate(lambda z, r: np.pi * r**2, draft))
 
     def centroid(self, draft=None):
@@ -108,12 +108,12 @@ class HullShape:
         return float(self.integrate(lambda z, r: np.pi * r**2 * z, draft)) / self.volume(draft)
 
     def waterplane_radius(self, draft):
-        """Radius of the water plane of the upright hull [m]; at a step that of the part below."""
+        """Radius of the water plane of the upright hull [m]; at a step, the one below it."""
         inside = np.clip(draft - 1e-9 * self.height, 1e-9 * self.height, (1 - 1e-9) * self.height)
         return float(self.radius(draft, inside)) if 0 <= draft <= self.height else 0.0
 
     def solid_inertia(self):
-        """(transverse, axial) moments of inertia of the solid hull about its centroid per mass [m^2]."""
+        """(transverse, axial) moments of inertia of the solid hull about its centroid, per unit mass [m^2]."""
         c, volume = self.centroid(), self.volume()
         axial = self.integrate(lambda z, r: np.pi * r**4 / 2) / volume
         transverse = self.integrate(lambda z, r: np.pi * r**4 / 4 + np.pi * r**2 * (z - c) ** 2) / volume
