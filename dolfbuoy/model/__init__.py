@@ -1,4 +1,4 @@
-"""Models of the parts of a scene: unknowns and forms on meshes."""
+"""Models of the parts of a scene: their unknowns and forms on meshes."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
-"""Waves in numbers: components of a scene's sea, eta = sum A_n cos(k_n . x - w_n t + phi_n), and their Airy sum.
+"""Wave components of a scene's sea, eta = sum A_n cos(k_n . x - w_n t + phi_n), and their Airy sum.
 
-The sum, with arrays, is the oracle of the C code of `kinematics`, and what pictures show.
+The sum, computed with arrays, is the reference for the C code of `kinematics` and is shown in pictures.
 """
 
 import math
@@ -20,14 +20,14 @@ from ..scene.stream import StreamWave, steady_wave
 from ..scene.waves import COMPONENTS, ELEVATION, REGULAR, Waves
 from . import Array, spectra
 
-#: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
+#: Lower limit of the band of a spectrum formula, in peak frequencies, and the fraction of m0 up to its upper limit.
 LOWEST, HIGHEST = 0.5, 0.999
 
 
 @dataclass(frozen=True)
 class Components:
-    """Arrays over the components: amplitudes [m], angular frequencies of `waves.period` [rad/s], directions towards
-    which they run [deg], phases [rad]."""
+    """Arrays over the components: amplitudes [m], angular frequencies as in `waves.period` [rad/s], directions of
+    travel [deg], phases [rad]."""
 
     amplitude: Array
     frequency: Array
@@ -39,7 +39,7 @@ class Components:
             array.setflags(write=False)
 
     def as_rows(self) -> Array:
-        """[amplitude [m], period [s], direction_deg, phase_deg] of each."""
+        """[amplitude [m], period [s], direction_deg, phase_deg] of each component."""
         return np.array([self.amplitude, 2 * math.pi / self.frequency, self.direction_deg, np.degrees(self.phase)]).T
 
     def moment(self, n: float) -> float:
@@ -48,7 +48,7 @@ class Components:
 
 
 def spectrum_of(waves: Waves) -> spectra.Spectrum | None:
-    """The spectrum of a section [waves], over all directions; None if it has none."""
+    """The spectrum of a section [waves], integrated over all directions; None if it has none."""
     if waves.spectrum == "pierson-moskowitz":
         return spectra.pierson_moskowitz(waves.significant_height, waves.peak_period)
     if waves.spectrum == "jonswap":
@@ -75,16 +75,16 @@ def band_of(waves: Waves, spectrum: spectra.Spectrum) -> tuple[float, float]:
 def components_of(waves: Waves) -> Components:
     """Components of a section [waves], without its `crest`; a regular wave is one component.
 
-    Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
+    Random numbers come from PCG64(seed), with separate streams for phases, directions and amplitudes.
     """
     return remembered(partial(_components_of, waves), waves)
 
 
 def sea_of(scene: Scene) -> Components:
-    """Components of a scene's waves, with the crest that is prescribed.
+    """Components of a scene's waves, including a prescribed crest.
 
-    The sea that differs least from the random one, measured by the spectrum, and has the height `crest` and no slope in
-    time at its place and time (Taylor, Jonathan, Harland 1997); without the random one NewWave (Tromans et al. 1991).
+    The sea closest to the random one, weighted by the spectrum, with elevation `crest` and zero time derivative at its
+    point and time (Taylor, Jonathan, Harland 1997); without a random sea, NewWave (Tromans et al. 1991).
     """
     if scene.waves.crest is None:
         return components_of(scene.waves)
@@ -98,7 +98,7 @@ def _with_crest(scene):
     angle = np.radians(sea.direction_deg)
     there = k * (np.cos(angle) * x + np.sin(angle) * y) - w * waves.crest_time
     z = sea.amplitude * np.exp(1j * (sea.phase + there)) if waves.crest_sea == "random" else np.zeros(len(k), complex)
-    # parts of the variance: equal bins' own, not the squares of random amplitudes
+    # fractions of the variance: from the bins themselves, not the squares of random amplitudes
     part = components_of(waves.model_copy(update={"amplitudes": "fixed"})).amplitude ** 2
     part /= part.sum()
     z += part * (waves.crest - z.real.sum() - 1j * w * (w @ z.imag) / (part @ w**2))
@@ -106,7 +106,7 @@ def _with_crest(scene):
 
 
 def _runs(scene):
-    """Rows of wavenumbers and of angular frequencies in the water and at a fixed point of the scene's components."""
+    """Rows of wavenumbers and angular frequencies, in the water and at a fixed point, of the scene's components."""
 
     def made():
         sea = components_of(scene.waves)
@@ -116,13 +116,13 @@ def _runs(scene):
     return remembered(made, scene.waves, scene.sea, scene.current, scene.gravity, "runs")
 
 
-#: (sections of a scene, which do not change, what was made of them), the latest used last: a run needs the same ones
-#: several times, and the waves of a response to many periods must not drive out the memory of its hull.
+#: Cache of (sections of a scene, which are immutable, result), most recently used last: a run needs the same ones
+#: several times, and the waves of a response at many periods must not evict the memory function of its hull.
 _KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=32)
 
 
 def remembered(make: Callable[[], Any], *sections: Any) -> Any:
-    """Return what was made of these very sections before, else make it."""
+    """Cached result of `make` for these very section objects."""
     for k, (known, kept) in enumerate(_KNOWN):
         if len(known) == len(sections) and all(map(operator.is_, known, sections)):
             found = kept
@@ -156,10 +156,10 @@ def _of_spectrum(waves):
     streams = np.random.SeedSequence(waves.seed).spawn(3)
     phases, directions, sizes = (np.random.Generator(np.random.PCG64(stream)) for stream in streams)
     amplitude = np.sqrt(2 * energy)
-    if waves.amplitudes == "random":  # Rayleigh: of two Gaussian numbers
+    if waves.amplitudes == "random":  # Rayleigh distribution
         amplitude = amplitude * np.sqrt(sizes.standard_exponential(count))
     turned = np.full(count, float(waves.direction_deg))
-    if is_spread(waves):  # the distribution in as many equal parts, dealt out at random
+    if is_spread(waves):  # the distribution in as many equal parts, assigned at random
         turned += directions_at(waves, frequency, (directions.permutation(count) + 0.5) / count)
     return Components(amplitude, frequency, turned, phases.uniform(0.0, 2 * math.pi, count))
 
@@ -170,7 +170,7 @@ def is_spread(waves: Waves) -> bool:
 
 
 def directions_at(waves: Waves, frequency: Array, parts: Array) -> Array:
-    """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
+    """Quantiles of the directional distribution: angles from `direction_deg` [deg] at each frequency [rad/s]."""
     if waves.spreading is not None:
         return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
     w, density = 2 * math.pi * np.array(waves.spectrum.frequency), np.array(waves.spectrum.density)
@@ -178,7 +178,7 @@ def directions_at(waves: Waves, frequency: Array, parts: Array) -> Array:
     return spectra.tabulated_angles(np.array(waves.spectrum.direction_deg), rows, parts)
 
 
-# -- what the water and its current make of a frequency ------------------------------------------------------------
+# -- dispersion, with or without a current ---------------------------------------------------------------------------
 
 
 def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
@@ -207,8 +207,8 @@ class Propagation:
 def propagation(scene: Scene, period: float, direction_deg: float) -> Propagation:
     """Propagation of a wave of this period [s] in a scene, in the frame of its `waves.period_seen_from`.
 
-    In a current U the water sees sigma, sigma^2 = g k tanh(kh), and the ground omega = sigma + k . U.  Without the key
-    both are the same: the current carries no waves.  Raises InputError where the current stops the waves.
+    In a current U the intrinsic frequency sigma satisfies sigma^2 = g k tanh(kh), and the apparent one is
+    omega = sigma + k . U.  Without the key they are equal.  Raises InputError if the current stops the waves.
     """
     frequency, seen = 2 * math.pi / period, scene.waves.period_seen_from if scene.current else None
     if scene.waves.theory == "stream":
@@ -229,7 +229,7 @@ def propagation(scene: Scene, period: float, direction_deg: float) -> Propagatio
 
 
 def stream_wave(scene: Scene) -> StreamWave:
-    """The steady wave of a scene with theory = "stream", in a current that linear theory weighs over the depth.
+    """The steady wave of a scene with theory = "stream", in the depth-weighted current of linear theory.
 
     Raises InputError near breaking.
     """
@@ -247,7 +247,7 @@ def _stream_wave(scene):
 
 
 def _wavenumber_seen_from_ground(scene, period, direction_deg):
-    """Wavenumber of the longest wave whose crests pass a fixed point with a period."""
+    """Wavenumber of the longest wave with this apparent period."""
     depth, g = scene.sea.depth, scene.gravity
 
     def excess(k):
@@ -263,9 +263,9 @@ def _wavenumber_seen_from_ground(scene, period, direction_deg):
 
 
 def current_felt(scene: Scene, k: float, direction_deg: float) -> float:
-    """Speed of the current along a wave, as the wave weighs it over the depth [m/s].
+    """Effective speed of the current along a wave, weighted over the depth [m/s].
 
-    U = 2k/sinh(2kh) int u(z) cosh(2k(z + h)) dz, the surface's speed if it is uniform (Kirby and Chen 1989).
+    U = 2k/sinh(2kh) int u(z) cosh(2k(z + h)) dz, which for a uniform current is its speed (Kirby and Chen 1989).
     """
     current, h = scene.current, scene.sea.depth
     along = math.cos(math.radians(current.direction_deg - direction_deg))
@@ -283,7 +283,7 @@ def current_felt(scene: Scene, k: float, direction_deg: float) -> float:
 
 
 def current_speed(scene: Scene, z: Array | float, least: float = 0.0) -> Array:
-    """Speed of the current at heights z [m/s]; least: 1 + z/h where a power law ends, as `forms.sea` cuts it off."""
+    """Speed of the current at heights z [m/s]; least: lower limit of 1 + z/h in a power law, as in `forms.sea`."""
     current = scene.current
     if isinstance(current.profile, list):
         return np.interp(z, *np.array(current.profile).T)
@@ -299,8 +299,8 @@ class AirySum:
     """Components by rising wavenumber: arrays of amplitude [m], k [1/m], angular frequency in the water and at a fixed
     point [rad/s], cosine and sine of the direction, phase [rad]; depth [m], and the ramp's duration [s].
 
-    motion: amplitudes [m] of linear waves whose water moves as this; the components' own unless they are harmonics of a
-    steep wave.  steep: those are harmonics, the acceleration is the total one.  repeats: period at a fixed point [s].
+    motion: amplitudes [m] of linear waves with the same particle velocities; equal to `amplitude` unless the components
+    are harmonics of a steep wave.  steep: harmonics with total acceleration.  repeats: period at a fixed point [s].
     """
 
     amplitude: Array
@@ -316,11 +316,11 @@ class AirySum:
     motion: Array
     steep: bool = False
     repeats: float = math.inf
-    _latest: list = field(default_factory=lambda: [None, None], repr=False, compare=False)  #: a time, and phases then
+    _latest: list = field(default_factory=lambda: [None, None], repr=False, compare=False)  #: (time, phases)
 
     @classmethod
     def of(cls, scene: Scene) -> "AirySum":
-        """Sum of a scene's waves, irregular or not."""
+        """Sum of a scene's waves, regular or irregular."""
         return remembered(partial(cls._of, scene), scene.waves, scene.sea, scene.current, scene.gravity)
 
     @classmethod
@@ -350,7 +350,7 @@ class AirySum:
         return cls(*arrays, depth, "none", waves.ramp, motion, True, repeats)
 
     def grown(self, t: float) -> float:
-        """The ramp at a time."""
+        """Value of the ramp at a time."""
         return ramp(t, self.ramp)
 
     def elevation(self, t: float, points: Array) -> Array:
@@ -358,7 +358,7 @@ class AirySum:
         return np.cos(self._phases(t, points)) @ self.amplitude * self.grown(t)
 
     def over_time(self, times: Array, point: Array) -> Array:
-        """eta [m] at these times, at one point (2 or 3,) or at one for each time (n, 2 or 3)."""
+        """eta [m] at these times, at one point (2 or 3,) or one for each time (n, 2 or 3)."""
         x, y = np.moveaxis(np.broadcast_to(point, (len(times), np.shape(point)[-1]))[:, :2, None], 1, 0)
         heights = []
         for part in np.array_split(np.arange(len(times)), max(1, len(times) * len(self.phase) // 1_000_000)):
@@ -368,7 +368,7 @@ class AirySum:
         return np.concatenate(heights) * np.array([self.grown(t) for t in times])
 
     def flow(self, t: float, points: Array) -> tuple[Array, Array]:
-        """Velocity [m/s] and local acceleration [m/s^2] (..., 3), of a steep wave the total one, at points (..., 3)."""
+        """Velocity [m/s] and local acceleration [m/s^2] (total in a steep wave), (..., 3), at points (..., 3)."""
         points = np.asarray(points)
         theta, k, h = self._phases(t, points), self.wavenumber, self.depth
         z = self.stretched(points[..., 2], self.elevation(t, points))[..., None]
@@ -387,7 +387,7 @@ class AirySum:
         return velocity, acceleration
 
     def stretched(self, z: Array, eta: Array) -> Array:
-        """Height at which linear theory is read, with the total elevation, as `forms.sea.stretched`."""
+        """Height at which linear theory is evaluated, given the total elevation, as `forms.sea.stretched`."""
         if self.stretching == "wheeler":
             return np.minimum(self.depth * (z - eta) / (self.depth + eta), 0.0)
         return np.minimum(z, 0.0) if self.stretching == "vertical" else z

@@ -1,5 +1,5 @@
-"""A line's end on a body: six numbers (r_O, T_O) that both meshes know, and equations (9), (29) between them; of an end
-whose direction turns with the body six more, that direction and the end's moment."""
+"""A line's end on a body: six unknowns (r_O, T_O) shared by both meshes, with Eqs. (9), (29); six more for an end whose
+direction turns with the body, this direction and the moment of the end."""
 
 from typing import TYPE_CHECKING
 
@@ -27,9 +27,9 @@ CLAMPED = Fields(direction=3, moment=3)
 class Attachment:
     """An end of a line at a point of a body.
 
-    lines: the Lines; piece, end: which one, 0 at s = 0 and 1 at s = L.  rank: where the body's unknowns are, these six
-    among them.  buoy: the Buoy, None on other ranks; offset: body vector from its C to the point [m], a UFL constant on
-    its mesh.  clamp: what is there besides if the end has a direction.
+    lines: the Lines; piece, end: its piece and end, 0 at s = 0 and 1 at s = L.  rank: owner of the body's unknowns and
+    of these six.  buoy: the Buoy, None on other ranks; offset: body vector from its C to the point [m], a UFL constant
+    on its mesh.  clamp: the Clamp if the end has a direction.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Attachment:
         self.clamp = Clamp(self, number) if lines.network.pieces[piece].ends[end].clamp else None
 
     def number(self, place: int) -> list[Part]:
-        """Take the unknowns `place` ... `place` + 6 of this rank, of a clamp 12; returns all parts."""
+        """Take the unknowns of this rank from `place` on, 6, or 12 with a clamp; returns all parts."""
         self.line_part = Part("mooring", self._on_line, place)
         if self.buoy:
             self.body_part = Part("mooring on the axis", self._on_body, place)
@@ -59,7 +59,7 @@ class Attachment:
 
     @property
     def whole(self) -> slice:
-        """Place of all of its numbers, those of a clamp too."""
+        """Place of all its unknowns, including those of a clamp."""
         return slice(self.slice.start, (self.clamp or self).slice.stop)
 
     def of(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -93,11 +93,11 @@ class Attachment:
     # -- numbers -------------------------------------------------------------------------------------------------------
 
     def dofs(self) -> tuple[np.ndarray, np.ndarray]:
-        """(point, force): local unknowns that are r_O and T_O."""
+        """(point, force): numbers of the local unknowns r_O and T_O."""
         return FIELDS.of(np.arange(self.slice.start, self.slice.stop))
 
     def blocks(self, reach: float, force: float, mass: float) -> list[Block]:
-        """Blocks of the six numbers on the body's rank; typical length [m], force [N] and mass [kg]."""
+        """Blocks of the six unknowns on the body's rank; arguments: typical length [m], force [N] and mass [kg]."""
         point, pull = self.dofs()
         return [
             Block("mooring point r_O", point, reach, reach, unit="m"),
@@ -107,7 +107,7 @@ class Attachment:
 
 
 class Clamp:
-    """A direction that a line's end has on a body: t_b = R(q_4) t_0 and the end's m, which both meshes know."""
+    """Direction of a line's end on a body: t_b = R(q_4) t_0 and the moment m of the end, shared by both meshes."""
 
     def __init__(self, attachment: Attachment, number: int):
         lines, buoy, self.end = attachment.lines, attachment.buoy, attachment.end
@@ -127,7 +127,7 @@ class Clamp:
         self.direction = buoy.constant(lambda scene, _: np.array(given(scene).unit)) if buoy else None
         section = lines.network.pieces[number].section
         beta = lambda scene, _: scene.network.pieces[piece].section.bending_damping  # noqa: E731
-        #: Where the line damps its end knows the direction with what its turning adds.
+        #: With bending damping the direction t_0 on the line's mesh includes beta times its rate.
         self._damping = buoy.constant(beta) if buoy and buoy.dynamic and section.bending_damping else None
 
     def number(self, place: int) -> list[Part | None]:
@@ -143,12 +143,12 @@ class Clamp:
         return self.line_part.slice
 
     def end_direction(self, m: Expr, p: Expr) -> ufl.Form:
-        """The end's term of the equation of m."""
+        """The term of this end in the equation for m."""
         t_b = bending.direction(CLAMPED.split(self._on_line).direction, m, self._spring_of_line, self.end)
         return bending.end_direction(t_b, self._lines.typical_EI, p, self.end) * self._ds
 
     def moment_equation(self, m: Expr) -> ufl.Form:
-        """The moment of the body's numbers is that of the end."""
+        """Equality of the shared moment and m at the end."""
         moment, test = CLAMPED.split(self._on_line).moment, CLAMPED.split(self.line_part.test).moment
         return ufl.inner(moment - m, test) * self._ds
 
@@ -164,7 +164,7 @@ class Clamp:
         return bending.end_torque(known.moment, t_b, self.end)
 
     def torque_of(self, u: np.ndarray) -> np.ndarray:
-        """The same in numbers, of local unknowns, on the body's rank."""
+        """Value of that torque from the local unknowns, on the body's rank [N m]."""
         known = CLAMPED.of(u[self.slice])
         t_b = known.direction
         if self._spring_of_body is not None:
@@ -173,12 +173,12 @@ class Clamp:
         return (2 * self.end - 1) * np.cross(known.moment, t_b)
 
     def energy(self) -> tuple[Expr, ufl.Measure]:
-        """(energy of its spring [J] as UFL, measure of the end)."""
+        """(energy of the spring [J] as UFL, measure of the end)."""
         m, t_0 = ufl.split(self._lines.w)[-1], CLAMPED.split(self._on_line).direction
         return bending.spring_energy(t_0, m, self._spring_of_line, self.end), self._ds
 
     def link(self, state: body.Body) -> Expr:
-        """The direction turns with the body."""
+        """Condition that the direction turns with the body."""
         test = CLAMPED.split(self.body_part.test).direction
         turned = self._turned(state)
         if self._damping is not None and state.motion is not None:
@@ -190,7 +190,7 @@ class Clamp:
         return CLAMPED.of(np.arange(self.slice.start, self.slice.stop))
 
     def blocks(self) -> list[Block]:
-        """Blocks of its numbers on the body's rank."""
+        """Blocks of its unknowns on the body's rank."""
         direction, moment = self.dofs()
         size = float(self._lines.typical_EI.value) / self._lines.longest
         return [

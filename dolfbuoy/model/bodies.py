@@ -1,5 +1,5 @@
-"""Bodies at joints: clumps, floats and sinkers, each a point that one global index ties to the ends of the lines there,
-and their contact with the bed, of each as a whole."""
+"""Bodies at joints (clumps, floats and sinkers) and their contact with the bed: each is a point that shares a global
+index with the ends of the lines there."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ from .seabed import Bed
 class Landing(Bed):
     """Contact of `Bodies` with the bed.
 
-    At rest sinkers are held at their places; in motion friction of their own holds them there, as long as it can.
+    In statics sinkers are fixed in place; in dynamics their own friction holds them up to its limit.
     """
 
     def __init__(self, bodies: "Bodies"):
@@ -65,7 +65,7 @@ class Landing(Bed):
             self.held.x.array[self._place[k]] = self.model.bodies[k].place
 
     def parameter_values(self) -> np.ndarray:
-        """Numbers of the contact of every body."""
+        """Contact parameters of every body."""
         return self._of_scene(lambda: np.array([self.parameters_of(body) for body in self.model.bodies]).T)
 
     def at(self, values: np.ndarray) -> np.ndarray:
@@ -77,20 +77,20 @@ class Landing(Bed):
         return space, size * (self.model.dofs[:, :1] // 3) + np.arange(size)
 
     def hold_body(self, name: str, place: np.ndarray) -> None:
-        """Let friction hold the body at a joint on to a place."""
+        """Set the stick point of the friction of the body at a joint."""
         self.held.x.array[self.model.dofs[self.model.names.index(name)]] = place
 
     def pressure(self, name: str, u: np.ndarray) -> float:
-        """Force of the body at a joint on the bed at rest [N]."""
+        """Static force of the body at a joint on the bed [N]."""
         k = self.model.names.index(name)
         depth = -self.gap(self.at(u[self.model.part.slice])[k])
         return self.parameters_of(self.model.bodies[k]).stiffness * max(depth, 0.0)
 
 
 class Bodies(Masses):
-    """All bodies at free joints of a scene, on one rank: a mesh with a cell for each, whose place is its unknown.
+    """All bodies at free joints of a scene, on one rank: a mesh with a cell for each, whose position is the unknown.
 
-    `names`: of the joints, in the order of the cells.
+    `names`: names of the joints, in the order of the cells.
     """
 
     where = "joint"
@@ -132,7 +132,7 @@ class Bodies(Masses):
         return self.state, v, a
 
     def water_forces(self) -> list[tuple[Effect, Expr]]:
-        """[(effect, force [N] as UFL)] of what the scene calls for."""
+        """[(effect, force [N] as UFL)] of the effects of the scene."""
         r, r_t, r_tt = self.kinematics()
         return self._forces_of_water(self.body, r, form.Point(r_t, r_tt))
 
@@ -148,11 +148,11 @@ class Bodies(Masses):
 
     @property
     def dx(self) -> ufl.Measure:
-        """Measure by which an integrand counts once for each body."""
+        """Measure that counts an integrand once for each body."""
         return ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": 0})
 
     def residual(self, test: Expr) -> ufl.Form:
-        """Inertia less weight and forces of the water; the lines' rows are added by the common index."""
+        """Inertia less weight and forces of the water; the lines contribute through the common index."""
         _, _, r_tt = self.kinematics()
         F = -sum(ufl.inner(force, test) * self.dx for force in self.weight())
         if r_tt is not None:
@@ -164,7 +164,7 @@ class Bodies(Masses):
     # -- time -------------------------------------------------------------------------------------------------------
 
     def evolutions(self) -> list[Evolution]:
-        """r is of second order; its size counts where the lines are."""
+        """Evolution of r, of second order in time; its error is controlled by the lines, hence infinite sizes."""
         return [Evolution(self.part, self.rates, False, [np.full(self.dofs.size, np.inf)] * 2)]
 
     def blocks(self, length: float, force: float) -> list[Block]:

@@ -1,4 +1,4 @@
-"""A buoy of a scene: 13 numbers for its motion (7 for its pose in statics), on its hull's axis."""
+"""A buoy of a scene: 13 unknowns for its motion (7 for its pose in statics), on the axis of its hull."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ REST_ROWS = Fields(force=3, norm=1, torque=3)
 class Load(NamedTuple):
     """A load on the buoy: force [N] and torque about C [N m] as UFL, integrated over `measure`.
 
-    account: of its power in the energy balance; None: weight and lines, which have accounts elsewhere.  water: velocity
+    account: that of its power in the energy balance; None: weight and lines, accounted for elsewhere.  water: velocity
     of the water that causes a drag, or None.
     """
 
@@ -49,7 +49,7 @@ class Load(NamedTuple):
 
 
 class Spin(Evolution):
-    """L_C . d of a buoy: no unknown, but with a rate of its own, gamma x value + history."""
+    """L_C . d of a buoy: not an unknown, but with its own rate, gamma x value + history."""
 
     def __init__(self, buoy: "Buoy"):
         self.gamma, self.history, self.followed = (compat.constant(buoy.mesh, 0.0) for _ in range(3))
@@ -75,7 +75,7 @@ class Spin(Evolution):
         self.followed.value = 1.0
 
     def correction(self, y: tuple, L_C_t: Expr, inertia: Expr) -> Expr:
-        """`forms.buoy.spin_correction`, once a scheme has handed out its rule."""
+        """`forms.buoy.spin_correction`, active once a scheme has set its rule."""
         q4, L_C = y.orientation, y.angular_momentum
         rate = self.gamma * body.spin(q4, L_C) + self.history
         return self.followed * body.spin_correction(q4, L_C, L_C_t, rate, inertia)
@@ -90,16 +90,16 @@ class Buoy(Model):
         self.shape = shape_of(self.section)
         self.mass = mass_properties(self.section)
         wet = scene.sea is not None
-        cells = WetHull.cells(scene.solver, self.shape) if wet else 1  # equations without place need one
+        cells = WetHull.cells(scene.solver, self.shape) if wet else 1  # global equations need one cell
         nodes = np.arange(cells + 1.0)
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
         self.state, self.part = fem.Function(compat.real_space(self.mesh, self.fields.size)), None
-        self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
-        #: t -> arguments of `moving_state`, or None: as it is; no function where it moves as forces make it.
+        self.memory = {"quaternion_drift": np.zeros(1)}  #: state of accepted steps other than unknowns
+        #: t -> arguments of `moving_state`, or None: unchanged; no function if the buoy moves freely.
         self.motion: Callable[[float], tuple[np.ndarray, ...] | None] | None = None
         if dynamic:
             self.gamma, self.history = compat.constant(self.mesh, 0.0), fem.Function(self.state.function_space)
-            self.spin = None  #: L_C . d, followed where something may turn the buoy
+            self.spin = None  #: L_C . d, followed if a torque may act on the buoy
         else:
             self.relaxation, self.gauge = compat.constant(self.mesh, 0.0), None
             self.reference = fem.Function(self.state.function_space)
@@ -108,7 +108,7 @@ class Buoy(Model):
         if self.sea.kinematics is not None:
             self._waves_at_points(np.flatnonzero(compat.cell_ends(self.mesh)[:, 0] == nodes[0]))
         ends = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0]))
-        self.at_once = ends(1)  #: the measure of equations that belong to no place
+        self.at_once = ends(1)  #: measure of the global equations
         self._numbers = Numbers(self.mesh, scene, lambda scene: [scene.network.buoys[self.name]])
         number = self._numbers.constant
         self.one = compat.constant(self.mesh, 1.0)
@@ -120,7 +120,7 @@ class Buoy(Model):
         self.offset = self.offset_of(None)
         self._body_terms = self._called("body")
         own = {effect.name: c for effect, c in self._body_terms} if dynamic else {}
-        #: Memory of the waves that it has made, and forces of those that come, where the scene gives coefficients.
+        #: Memory of the radiated waves, and forces of the incident ones, if the scene gives coefficients.
         self.memory_of_waves = Memory(self, own[effects.MEMORY]) if effects.MEMORY in own else None
         kinds: dict[str, type[OfComponents]] = {effects.DIFFRACTION: Diffraction, effects.DRIFT: SlowDrift}
         self.of_components = [kind(self, own[name]) for name, kind in kinds.items() if name in own]
@@ -130,7 +130,7 @@ class Buoy(Model):
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
 
     def _waves_at_points(self, first):
-        """Points besides the hull where an irregular sea is sampled; first: the cell of the measure `at_once`."""
+        """Add points off the hull where an irregular sea is sampled; first: the cell of the measure `at_once`."""
         self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
         for effect in (e for e in effects.called_by(self.scene, "body", [self.section]) if e.looks_at):
             height = np.array([effect.looks_at(self.section)])
@@ -138,16 +138,16 @@ class Buoy(Model):
             self._beside[effect.name] = self.sea.kinematics.add(points)
 
     def _seen_by(self, effect, state):
-        """The body with the water where a term looks at it."""
+        """The body with the water at the point where an effect evaluates it."""
         points = self._beside.get(effect.name)
         return state if points is None else state._replace(flow=lambda x: self.sea.flow(x, points))
 
     def _called(self, where):
-        """[(effect, its constants)] of what the scene calls for."""
+        """[(effect, its constants)] of the effects of the scene."""
         return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where, [self.section])]
 
     def constant(self, get: Callable[..., Any]) -> fem.Constant:
-        """Constant on its mesh: get(scene, its section)."""
+        """Constant on its mesh with the value get(scene, its section)."""
         return self._numbers.constant(get)
 
     def offset_of(self, fairlead: str | None) -> fem.Constant:
@@ -193,7 +193,7 @@ class Buoy(Model):
         return [load for load in loads if load.force is not None or load.torque is not None]
 
     def water_loads(self, state: body.Body) -> list[Load]:
-        """Loads of the water, one or two for each effect: for balances.  The residual takes them together."""
+        """Loads of the water, one or two for each effect, for balances; in the residual they are combined."""
         found = self.hull.loads(state) if self.hull else []
         return [Load(effect.account, *load) for effect, *load in found]
 
@@ -202,7 +202,7 @@ class Buoy(Model):
     ) -> list[tuple[Part, ufl.Form]]:
         """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads.
 
-        The loads of several lines are forms of their own, all alike, so that one is compiled for all.
+        The loads of several lines are separate forms with the same code, so that only one is compiled.
         """
         attachments = (*lines, *take_offs)
         state, point, one = self.kinematics(), self.at_once, self.one
@@ -222,19 +222,19 @@ class Buoy(Model):
         return found + [(a.body_part, one * a.link(state) * point) for a in (*attachments, *clamps)]
 
     def _momentum_balance(self, state, force, torque, attachments):
-        """Eq. (8) with the loads at points, and the tests of force and torque."""
+        """Eq. (8) with the point loads, and the test functions of force and torque."""
         y, rates, test = MOTION.split(self.state), self.rates(), MOTION.split(self.part.test)
         F = body.translation(rates.position, y.momentum, self.M, test.position)
         F += body.linear_momentum(rates.momentum, force, test.momentum)
         F += body.orientation(rates.orientation, y.orientation, y.angular_momentum, self.inertia, test.orientation)
         F += body.angular_momentum(rates.angular_momentum, _or_zero(torque), test.angular_momentum)
-        if torque is not None or self.hull is not None or attachments:  # else L_C is kept, to the last digit
+        if torque is not None or self.hull is not None or attachments:  # else L_C is constant, to the last digit
             self.spin = self.spin or Spin(self)
             F += ufl.inner(self.spin.correction(y, rates.angular_momentum, self.inertia), test.angular_momentum)
         return F, test.momentum, test.angular_momentum
 
     def _equilibrium(self, state, force, torque, attachments):
-        """Balance of the loads at points, and the tests of force and torque."""
+        """Balance of the point loads, and the test functions of force and torque."""
         test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
         inertia = self._numbers.constant(lambda *_: max(self.mass.inertia))
         gauge = self.gauge = self._numbers.constant(lambda *_: np.prod(self._sizes()[1:3]))
@@ -267,7 +267,7 @@ class Buoy(Model):
     # -- time -------------------------------------------------------------------------------------------------------
 
     def evolutions(self) -> list[Evolution]:
-        """The state is of first order; its momenta are rates that the scheme makes."""
+        """The state, of first order in time, whose momenta are rates computed by the scheme, and any further ones."""
         lagged = MOTION.mask("momentum", "angular_momentum")
         found = [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
         if self.memory_of_waves is not None:
@@ -286,7 +286,7 @@ class Buoy(Model):
         return [*found, move]
 
     def _weather(self, time):
-        """Functions that bring wind and force that change to time[0]; gusts blow in motion only."""
+        """Functions that update varying wind and external force to time[0]; gusts act in dynamics only."""
         found, constants = [], {effect.key: c for effect, c in self._body_terms}
         wind, force = self.section.wind, self.section.external_force
         if wind is not None and varies(wind):
@@ -306,8 +306,8 @@ class Buoy(Model):
         self.memory["quaternion_drift"][:] = 0.0
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
-        """Functions that are called when a step was taken: the quaternion is made a unit again, and how far it was from
-        one is remembered."""
+        """Functions called after an accepted step: normalise the quaternion and record its deviation from unit
+        length."""
         orientation = MOTION.of(u[self.part.slice]).orientation
         return [work("make_unit", "unit", {"quaternion": orientation, "drift": self.memory["quaternion_drift"]})]
 

@@ -12,15 +12,15 @@ if TYPE_CHECKING:
 class Joining:
     """Order, ghosts and ties of the unknowns of a `Problem` on this rank, for `solver.numbering.Numbering`.
 
-    All ends of lines at a free joint, and its body if it has one, have one global index: that of the first end; so have
-    the moments of two lines that go on there without a kink.  Where
-    several of them are on one rank, one stands for the others there.
+    All ends of lines at a free joint, and its body if it has one, share one global index, that of the first end; so do
+    the moments of two lines that are continued there without a kink.  If several of them are on one rank, one
+    represents the others there.
     """
 
     def __init__(self, problem: "Problem"):
         self.comm, self.lines, self.bodies = problem.comm, problem.lines, problem.bodies
         self.attachments, self.buoys, self.take_offs = problem.attachments, problem.buoys, problem.take_offs
-        #: Local dofs (3,) of the members of each joint, None for members on other ranks; and without these.
+        #: Local dofs (3,) of the members of each joint, None for members on other ranks; `here`: without these.
         self.groups = []
         for name, ends in problem.network.meetings().items() if self.lines else ():
             members = [self.lines.end_dofs[piece][end] for piece, end in ends]
@@ -44,10 +44,10 @@ class Joining:
         return order, keys, self._ghosts(order, ties), ties
 
     def _order(self):
-        """Free owned unknowns in their order, and the keys (3, n) of it, the last one first, with those of all ranks.
+        """Free owned unknowns in elimination order, and its sort keys (3, n), the last one first, of all ranks.
 
-        Lines and joints, after each line what attaches it to a buoy, the buoys at the end, behind their take-offs.  A
-        single line has its attachment after the buoy.
+        Lines and joints come first, each line followed by its attachment to a buoy; then take-offs, and last the buoys.
+        A single line has its attachment after the buoy.
         """
         free = [buoy.part.slice for buoy in self.buoys.values() if buoy.motion is None]
         parts = [(np.arange(place.start, place.stop), (0, 0, np.inf)) for place in free]
@@ -69,7 +69,7 @@ class Joining:
         return dofs[order], keys[:, order]
 
     def _ghosts(self, order, ties):
-        """(local, global) numbers of the unknowns that other ranks own."""
+        """(local, global) numbers of unknowns owned by other ranks."""
         first = self.comm.scan(len(order)) - len(order)
         last = [self.lines.part, *([self.bodies.part] if self.bodies else []), *self.take_offs][-1]
         number = np.full(last.slice.stop, -1, dtype=np.int64)
@@ -93,7 +93,7 @@ class Joining:
         return np.concatenate([elsewhere, local]), np.concatenate([number[elsewhere], numbers])
 
     def _owned(self, places):
-        """Which of these local unknowns are the lines' and this rank's."""
+        """Mask of these local unknowns: those of the lines that this rank owns."""
         own = self.lines.owned
         return (places < len(own)) & own[np.minimum(places, len(own) - 1)]
 

@@ -1,4 +1,4 @@
-"""Numbers of the contact with the sea bed: where it is, how hard, and what friction holds."""
+"""Parameters of the contact with the sea bed: its position, stiffness and friction."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from .rigid import weight_per_length
 
 
 class ContactParameters(NamedTuple):
-    """Numbers of the contact of a metre of a line, or of a body (`forms.seabed.Contact`)."""
+    """Contact parameters per metre of a line, or of a body (`forms.seabed.Contact`)."""
 
     stiffness: float  #: k [N/m]
     damping: float  #: c [N s/m]
@@ -22,7 +22,7 @@ class ContactParameters(NamedTuple):
 
 
 def plane(scene: Scene) -> tuple[np.ndarray, float]:
-    """(n, d) of the bed n . x = d, n upwards; of one that is no plane the nearest one under the held ends of lines."""
+    """(n, d) of the bed n . x = d, n upwards; for an uneven bed the best-fit plane near the fixed ends of lines."""
     (a, b), level = scene.seabed.slope, -scene.sea.depth
     if scene.seabed.depths is not None:
         a, b, level = _nearest_plane(scene)
@@ -31,7 +31,7 @@ def plane(scene: Scene) -> tuple[np.ndarray, float]:
 
 
 def _nearest_plane(scene: Scene) -> tuple[float, float, float]:
-    """(a, b, c) of the plane z = a x + b y + c that fits best a bed of depths, around the held ends of lines."""
+    """(a, b, c) of the plane z = a x + b y + c that best fits a bed of depths around the fixed ends of lines."""
     places = [end.position for piece in scene.network.pieces for end in piece.ends if end.position is not None]
     low, high = (fold(np.array(places)[:, :2], axis=0) for fold in (np.min, np.max))
     reach = 0.5 * max(piece.section.length for piece in scene.network.pieces)
@@ -51,7 +51,7 @@ def height_of_bed(scene: Scene, points: np.ndarray) -> np.ndarray:
 
 
 def largest_sag(scene: Scene) -> float:
-    """Largest penetration of a line or body under its own weight [m]: it costs 1.2 sag/depth of a tension."""
+    """Largest penetration of a line or body under its own weight [m]; relative error of a tension: 1.2 sag/depth."""
     return min(1e-4 * scene.sea.depth, 0.01)
 
 
@@ -61,12 +61,12 @@ def stick_length(scene: Scene) -> float:
 
 
 def has_friction(scene: Scene, dynamic: bool) -> bool:
-    """True if there is friction: in statics only where lines are taken as pulled."""
+    """True if there is friction: in statics only with `seabed.start = "pulled"`."""
     return scene.seabed.friction > 0 and (dynamic or scene.seabed.start == "pulled")
 
 
 def hardness(scene: Scene, sections: Sequence[Cable]) -> float:
-    """k_b [Pa/m]; sections: of all lines, of which the heaviest determines the hardness if the scene gives none."""
+    """k_b [Pa/m]; sections: those of all lines, the heaviest of which determines k_b if the scene does not give it."""
     if scene.seabed.stiffness is not None:
         return scene.seabed.stiffness
     return max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
@@ -91,7 +91,7 @@ def friction_of(scene: Scene, body: Body) -> float:
 
 
 def _load(scene, section):
-    """Load of a metre of a line on the bed [N/m]; not 0 for lines that hardly sink or float."""
+    """Load per metre of a line on the bed [N/m]; positive even for nearly neutrally buoyant lines."""
     return max(abs(weight_per_length(scene, section)), 1e-3 * section.line_density * scene.gravity)
 
 

@@ -1,9 +1,9 @@
-"""Mean drift of a hull with coefficients of potential flow, in waves of one frequency, and what strips have of it.
+"""Mean drift of a hull with coefficients of potential flow, in waves of one frequency, and the strips' share of it.
 
-The far field gives the whole mean force along a wave (`formats.capytaine`), for motions that are taken as those of the
-buoy afloat without its lines but for their weight, and without drag.  Strips, their hydrostatics and Froude-Krylov
-force on the wet hull where it is, and the diffraction at the place of C, have a part of it already, to second order in
-the amplitude.  Newman's approximation of the whole force takes its place.
+The far field gives the total mean force along a wave (`formats.capytaine`), for the motions of the buoy without drag
+and without its lines, except for their weight.  Strips (their hydrostatics and Froude-Krylov force on the instantaneous
+wet hull, and the diffraction at C) already contain a part of it, to second order in the amplitude.  It is replaced by
+Newman's approximation of the total force.
 """
 
 from typing import Any, NamedTuple
@@ -29,10 +29,10 @@ from .rigid import float_upright, mass_properties, shape_of
 
 
 class Drift(NamedTuple):
-    """Per metre of amplitude squared, in waves of n frequencies along x.
+    """Mean drift per square of the wave amplitude, in waves of n frequencies along x.
 
-    whole: mean force (n,) [N/m^2].  left, right: strips' slow force in a sea is 1/2 Re of the sum over four pairs of
-    conj(sum of left) (sum of right), complex (4, n): of surge, lean, heave, and of the elevation itself.
+    whole: mean force (n,) [N/m^2].  left, right: complex (4, n), for surge, lean, heave and the elevation; the slow
+    force of strips in a sea is 1/2 Re of the sum over these four of conj(sum of left) (sum of right).
     """
 
     whole: Array
@@ -41,14 +41,14 @@ class Drift(NamedTuple):
 
     @property
     def strips(self) -> Array:
-        """Mean force of strips (n,) [N/m^2]."""
+        """Mean force on strips (n,) [N/m^2]."""
         return np.asarray(0.5 * (self.left.conj() * self.right).real.sum(axis=0))
 
 
 def transfer(drift: Drift, cosine: Array, sine: Array) -> Array:
-    """Six pairs (n, 6, 3) of (left, right along x, right along y), of which the slow force is Re conj(left) right.
+    """Six pairs (n, 6, 3) of (left, right along x, right along y); the slow force is the sum of Re conj(left) right.
 
-    Newman's 1/2 (D_i + D_j) of waves i and j, less what strips have.  cosine, sine: of directions (n,).
+    Newman's 1/2 (D_i + D_j) for waves i and j, less the strips' share.  cosine, sine: those of the directions (n,).
     """
     (surge, lean, heave, wave), (*moved, still) = drift.left, -0.5 * drift.right
     ways = cosine, sine
@@ -68,13 +68,13 @@ def of_components(scene: Scene, buoy: Buoy) -> Drift:
 
 
 def mean_drift(scene: Scene, buoy: Buoy, omega: Array, k: Array) -> Drift:
-    """Mean drift at angular frequencies in the water [rad/s], with their wavenumbers, (n,)."""
+    """Mean drift at intrinsic angular frequencies [rad/s] and their wavenumbers [1/m], (n,)."""
     c, lever = coefficients_of(scene, buoy), _lever(scene, buoy)
     surge, lean, heave = free_motions(scene, buoy, omega, k, _of_file(c, omega)).T
     y = np.stack([np.ones_like(surge), surge + lever * lean, heave, lean], axis=-1)
     form = _between(c.omega, hermitian(buoy.potential_flow.mean_drift), omega)
     whole = np.einsum("ni,nij,nj->n", y.conj(), form, y).real
-    states = plane_and_heave(scene, buoy)  # near resonance a run moves as its few states let it
+    states = plane_and_heave(scene, buoy)  # near resonance a run moves according to its few memory states
     own = free_motions(scene, buoy, omega, k, np.array([states(w) for w in omega]).conj())
     return Drift(whole, *_of_strips(scene, buoy, omega, k, own))
 
@@ -88,7 +88,7 @@ def _of_file(c: Coefficients, omega: Array) -> Array:
 
 
 def free_motions(scene: Scene, buoy: Buoy, omega: Array, k: Array, radiated: Array) -> Array:
-    """Surge, lean and heave of C per metre of amplitude (n, 3) of the buoy without drag and the stiffness of lines.
+    """Surge, lean and heave of C per metre of amplitude (n, 3), without drag and the stiffness of lines.
 
     radiated: B - i w (A - A_inf) (n, 3, 3).
     """
@@ -112,7 +112,7 @@ def _lever(scene: Scene, buoy: Buoy) -> float:
 
 
 def _between(omega: Array, values: Any, at: Array) -> Array:
-    """Values over frequency, 0 at 0, above the highest as there."""
+    """Values interpolated over frequency, 0 at 0 and constant above the highest."""
     from scipy.interpolate import CubicSpline
 
     known = np.concatenate([np.zeros_like(values[:1]), values])
@@ -120,10 +120,10 @@ def _between(omega: Array, values: Any, at: Array) -> Array:
 
 
 def _of_strips(scene: Scene, buoy: Buoy, omega: Array, k: Array, motions: Array) -> tuple[Array, Array]:
-    """Pairs of `Drift` of strips and diffraction, from first-order motions (n, 3).
+    """Pairs of `Drift` for strips and diffraction, from first-order motions (n, 3).
 
-    rho A a_x of the undisturbed water at the place of each disk, which moves with the hull and, stretched, with the
-    surface; the disks that the surface wets besides; and the diffraction at the place of C.
+    They are rho A a_x of the undisturbed water at each disk, which moves with the hull and, by stretching, with the
+    surface; the disks wetted in addition by the surface; and the diffraction at C.
     """
     draft, h = draft_of(scene, buoy), scene.sea.depth
     shape, C = shape_of(buoy), mass_properties(buoy).height
@@ -145,7 +145,7 @@ def _of_strips(scene: Scene, buoy: Buoy, omega: Array, k: Array, motions: Array)
 
 
 def _along(scene: Scene, k: Array, z: Array) -> tuple[Array, Array]:
-    """Horizontal acceleration at heights z below a crest of height 1, as complex numbers, and its slope in z."""
+    """Complex horizontal acceleration at heights z below a crest of unit height, and its derivative in z."""
     down, up, bed = np.exp(k * z), np.exp(-k * (z + 2 * scene.sea.depth)), 1 + np.exp(-2 * k * scene.sea.depth)
     size = -1j * k * scene.gravity / bed
     return size * (down + up), size * k * (down - up)

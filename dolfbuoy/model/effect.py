@@ -1,21 +1,21 @@
-"""Declaration of a physical effect; `effects` has them all.
+"""Declaration of a physical effect; all effects are in `effects`.
 
 A term is a plain UFL function of `forms/`; its signature depends on where it enters:
 
     line(c, cable, rho_w, flow, point)    force per stretched metre of a line
-    strip(c, rho_w, strip)                force per wet area of a strip of a hull, in the centroid of that area
-    couple(c, rho_w, strip)               torque per wet area of a strip that comes with it
+    strip(c, rho_w, strip)                force per wet area of a strip of a hull, at the centroid of that area
+    couple(c, rho_w, strip)               additional torque per wet area of a strip
     face(c, rho_w, strip, face)           (force, torque) on a wet face of a hull
     body(c, body)                         (force, torque) at a point of a body
-    line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
+    line_power(c, r, r_t)                 power of the material of a line, for the energy balance
     joint(c, body, rho_w, flow, point)    force on a body at a joint
     bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
-    line_wet(cable, flow, r, share)       part of a line that is under water, for buoyancy and `line`
-    joint_wet(body, flow, r)              part of a body at a joint that is under water
+    line_wet(cable, flow, r, share)       submerged fraction of a line, for buoyancy and `line`
+    joint_wet(body, flow, r)              submerged fraction of a body at a joint
     take_off(c, stretch)                  tension of a power take-off
-    take_off_energy(c, stretch)           energy that this tension stores; without it its power is absorbed
+    take_off_energy(c, stretch)           energy stored by this tension; without it the power is absorbed
 
-c are its numbers as UFL constants: one, or several by name.
+c are the coefficients of the effect as UFL constants: one, or several by name.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,24 +27,24 @@ from ..scene.network import OWN
 
 
 class Drawn(NamedTuple):
-    """Values of a key in random scenes: between low and high, evenly in the logarithm; now and then zero."""
+    """Values of a key in random scenes: log-uniform between low and high; occasionally zero if `zero`."""
 
     low: float
     high: float
     zero: bool = False
-    even: bool = False  #: evenly in the number itself
+    even: bool = False  #: uniform instead of log-uniform
 
 
 @dataclass(frozen=True)
 class Effect:
     """One physical effect.
 
-    key: of the scene, `neutral` its value without the effect (None: the section is absent).  needs: sections without
-    which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
-    key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
-    balance.  looks_at: buoy -> height above the keel where a term of a body looks at the water; None: at C or the
-    surface above it.  default: scene -> value of the key where it is absent.  drawn: key -> Drawn.  removable: whether
-    a scene makes sense without it.  brings: keys that make no sense without it.
+    key: scene key; `neutral`: its value without the effect (None: the section is absent).  needs: sections required
+    for the effect.  without: name of what applies instead.  numbers: name -> (scene, section of the key) -> number or
+    array; by default the key's own value; None: no coefficients.  account: that of its power in the energy balance.
+    looks_at: buoy -> height above the keel where a term of a body evaluates the water; None: at C or the surface above
+    it.  default: scene -> value of the key if absent.  drawn: key -> Drawn.  removable: whether a scene makes sense
+    without it.  brings: keys that make no sense without it.
     """
 
     name: str
@@ -83,22 +83,22 @@ class Effect:
         return [value for value in values if value is not None]
 
     def called(self, scene: Scene, part: Any = None) -> bool:
-        """True if any line, body or buoy of a scene calls for it, or this one does."""
+        """True if any line, body or buoy of a scene, or this `part`, has the effect."""
         return any(value != self.neutral for value in self.values(scene, part))
 
     def spared(self, scene: Scene) -> bool:
-        """True if anything in the scene could call for it and does not."""
+        """True if any line, body or buoy of the scene could have the effect and does not."""
         return any(value == self.neutral for value in self.values(scene))
 
     def given(self, scene: Scene, section: Any) -> dict[str, Any]:
-        """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
+        """Its coefficients by name, "" if there is only one; section: the one the key belongs to."""
         leaf = self.key.rpartition(".")[2]
         numbers = self.numbers or {"": lambda scene, section: getattr(section, leaf)}
         return {name: get(scene, section) for name, get in numbers.items()}
 
 
 def _sections(scene: Scene, name: str, part: Any) -> list[Any]:
-    """The sections of this name: of every line, body and buoy of a scene, or of one `part`."""
+    """The sections of this name in every line, body and buoy of a scene, or in one `part`."""
     network = scene.network
     parts: dict[str, list[Any]] = {
         "cable": [piece.section for piece in network.pieces],

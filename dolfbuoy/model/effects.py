@@ -1,8 +1,8 @@
-"""The physical effects that a scene may call for, each declared once.
+"""The physical effects available to a scene, each declared once.
 
-From a declaration follow: whether the effect is compiled, its term in the form, the name in a record's list of effects,
-what `study effects` leaves out, the account of its power in the energy balance, and the values that random scenes give
-to its keys.  The keys themselves, with their units and ranges, stand in `scene.sections`.
+A declaration determines whether the effect is compiled, its term in the form, its name in a record's list of effects,
+what `study effects` leaves out, the account of its power in the energy balance, and the values of its keys in random
+scenes.  The keys themselves, with their units and ranges, are in `scene.sections`.
 """
 
 import math
@@ -19,26 +19,26 @@ from .rigid import axis_offset
 from .surfacing import surfacing
 from .varying import force_over_time, wind_over_time
 
-#: Where an end stop is that there is not [m].
+#: Position of an absent end stop [m].
 FAR = 1e9
 
 
 def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Any) -> Effect:
-    """A coefficient of a force of the water."""
+    """An effect given by the coefficient of a hydrodynamic force."""
     return Effect(name, key, needs=("sea",), account=account, drawn={key: drawn}, **term)
 
 
 def _stop(value: float | None, otherwise: float) -> float:
-    """Place of an end stop; far away if there is none."""
+    """Position of an end stop; far away if absent."""
     return otherwise if value is None else value
 
 
-#: Effects whose numbers a step, or the place of a buoy, gives (`radiation`).
+#: Effects whose coefficients depend on the time step or on the position of a buoy (`radiation`).
 MEMORY, DIFFRACTION, DRIFT = "radiation memory", "diffraction", "mean drift"
 
 
 def _of_potential_flow() -> list[Effect]:
-    """Effects of the coefficients of potential flow."""
+    """Effects based on coefficients of potential flow."""
 
     def one(name: str, body: Callable[..., Any], account: str, numbers: dict[str, Any], *needs: str) -> Effect:
         return Effect(
@@ -314,13 +314,13 @@ EFFECTS: list[Effect] = [
 
 
 def called_by(scene: Scene, where: str | None = None, parts: Iterable[Any] = (None,)) -> list[Effect]:
-    """Effects that a scene calls for, or any of some parts; where: only those with such a term ("line", ...)."""
+    """Effects present in a scene, or in any of some parts; where: only those with such a term ("line", ...)."""
     found = [e for e in EFFECTS if where is None or getattr(e, where) is not None]
     return [e for e in found if any(e.called(scene, part) for part in parts)]
 
 
 def names(scene: Scene) -> list[str]:
-    """Names of the effects that a scene calls for, hence of what is compiled."""
+    """Names of the effects present in a scene, which are those compiled."""
     found = []
     for effect in EFFECTS:
         if effect.called(scene):

@@ -1,4 +1,4 @@
-"""Refusals of scenes that cannot be, or are too large, before anything is built."""
+"""Refusal of infeasible or too large scenes before anything is built."""
 
 import math
 import os
@@ -13,13 +13,13 @@ from ..scene import Scene
 from ..scene.network import Network
 from .rigid import cross_section, float_upright, mass_properties, shape_of, weight_per_length
 
-#: Memory of a run: measured 1.9 to 2.4 kB for each unknown of a line, 0.7 MB for a buoy, whatever the scheme.
+#: Memory of a run [bytes]: measured 1.9 to 2.4 kB per unknown of a line and 0.7 MB per buoy, for any scheme.
 PER_UNKNOWN, PER_BUOY = 1.9e3, 0.7e6
 
 
 def check_feasible(scene: Scene) -> None:
-    """Refuse what cannot be: more than memory holds, an inextensible cable that is too short, a buoy that sinks, a mass
-    that is not positive.
+    """Refuse an infeasible scene: too large for memory, an inextensible cable too short, a sinking buoy, or a mass that
+    is not positive.
 
     Raises InputError with one sentence.
     """
@@ -40,7 +40,7 @@ def check_feasible(scene: Scene) -> None:
 
 
 def _check_elements(network: Network) -> None:
-    """Nodes are identified by where they are along all lines, one after the other, see `layout.Layout.slip`."""
+    """Check that elements are long enough: nodes are identified by their mesh coordinates, see `layout.Layout.slip`."""
     sections = [piece.section for piece in network.pieces]
     whole = sum(c.length for c in sections) + 0.1 * len(sections) * max((c.length for c in sections), default=0.0)
     for piece in network.pieces:
@@ -54,7 +54,7 @@ def _check_elements(network: Network) -> None:
 
 
 def _check_length(network: Network, number: int) -> None:
-    """Check the length of an inextensible cable between two held ends."""
+    """Check the length of an inextensible cable between two fixed ends."""
     pieces = [network.pieces[k] for k in network.pieces_of(number)]
     low, high = pieces[0].ends[0], pieces[-1].ends[1]
     stretches = any(math.isfinite(piece.section.axial_stiffness) for piece in pieces)
@@ -100,10 +100,10 @@ def _check_positive(key: str, value: float, effective: float, what: str) -> None
 
 
 def hanging_weight(scene: Scene, buoy: str) -> float:
-    """Weight in water of the lines that hang from a buoy, at least, when it floats above their held ends [N].
+    """Lower bound of the submerged weight of lines carried by a buoy afloat above their fixed ends [N].
 
-    A line that is heavy all along: what it has down to the held end, and of what hangs lower its half; nothing of a rod
-    that both ends hold in a direction.  Bars between points of the buoy: all, which may lift it.
+    For a line heavy along its whole length: the part down to the level of the fixed end, plus half of what hangs lower;
+    zero for a rod clamped at both ends.  Bars between points of the buoy count in full and may lift it.
     """
     network, found = scene.network, []
     bars = [section for cable in network.bars_of(buoy) for section in network.sections_of(cable)]
@@ -144,7 +144,7 @@ def check_size(scene: Scene, comm: MPI.Comm) -> None:
 def _check_memory(network: Network, ranks: int) -> None:
     cells = [number_of_cells(piece.section.elements) for piece in network.pieces]
     degrees = [(piece.section.position_degree, piece.section.tension_degree) for piece in network.pieces]
-    unknowns = (n * (3 * mu + nu + 1) for n, (mu, nu) in zip(cells, degrees, strict=True))  # but for a node of each
+    unknowns = (n * (3 * mu + nu + 1) for n, (mu, nu) in zip(cells, degrees, strict=True))  # except one node each
     lines = sum(unknowns) * PER_UNKNOWN
     buoys = len(network.buoys) * PER_BUOY
     needed, here = (lines + buoys) / ranks, memory()
@@ -156,7 +156,7 @@ def _check_memory(network: Network, ranks: int) -> None:
 
 
 def memory() -> float:
-    """Memory that this process may have [bytes]."""
+    """Memory available to this process [bytes]."""
     limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
     try:
         with open("/sys/fs/cgroup/memory.max") as file:

@@ -1,4 +1,4 @@
-"""Lines on the sea bed: contact at the points of their quadrature, and the length that lies."""
+"""Lines on the sea bed: contact at their quadrature points, and grounded length."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -30,15 +30,15 @@ class GroundedLength(NamedTuple):
 
     @classmethod
     def of(cls, row: np.ndarray) -> "GroundedLength":
-        """Made of these numbers one behind the other, as the core has them."""
+        """Grounded length from these numbers in a row, the layout of the core."""
         return cls(float(row[0]), float(row[1]), row[2:5], float(row[5]), float(row[6]), row[7:10])
 
 
 class Points:
-    """Points of the owned cells of lines: those of the quadrature of a degree; with_nodes: and their nodes, in order.
+    """Quadrature points of a degree in the owned cells of lines; with_nodes: together with the nodes, in order.
 
-    nodes: of each cell.  s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.  presses:
-    mask of the points of the quadrature, shape (points,).
+    nodes: those of each cell.  s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.
+    presses: mask of the quadrature points, shape (points,).
     """
 
     def __init__(self, lines: "Lines", positions: fem.FunctionSpace, degree: int, with_nodes: bool = False):
@@ -58,12 +58,12 @@ class Points:
         self._slopes = power[1:] * xi[:, None] ** power[:-1] @ coefficients[1:]
 
     def of(self, values: np.ndarray) -> np.ndarray:
-        """Values at the points of all cells, shape (cells, points, 3), of values (n, 3)."""
+        """Values at the points of all cells, shape (cells, points, 3), from nodal values (n, 3)."""
         return self._basis @ values[self.nodes]
 
     def in_c(self, dofs: np.ndarray, slopes: bool = False) -> dict[str, Any]:
-        """The same for the core; dofs: places of the values at the nodes of cells, (cells, nodes, 3).  slopes: of the
-        derivatives on the reference cell."""
+        """The points for the core; dofs: places of the nodal values, (cells, nodes, 3).  slopes: for derivatives on the
+        reference cell instead of values."""
         cells, nodes, _ = dofs.shape
         return {
             "cells": cells,
@@ -75,7 +75,7 @@ class Points:
 
 
 class Seabed(Bed):
-    """Contact of `Lines` with the bed, at the points of their quadrature."""
+    """Contact of `Lines` with the bed at their quadrature points."""
 
     def __init__(self, lines: "Lines"):
         positions, degree = lines.positions, lines.dx.metadata()["quadrature_degree"]
@@ -89,7 +89,7 @@ class Seabed(Bed):
         if self.held is not None:
             self._place = 3 * compat.cell_dofs(self.held.function_space)[..., None] + np.arange(3)
         self.soundings = Points(lines, positions, degree, with_nodes=True)
-        #: Cells of each line from its start on.
+        #: Cells of each line, ordered from its start.
         self._along = [cells[np.argsort(self.soundings.s[cells, 0])] for cells in lines.cells_of]
 
     def parameters_of(self, section: Cable) -> ContactParameters:
@@ -97,14 +97,14 @@ class Seabed(Bed):
         return parameters_of_line(scene, section, self._of_scene(self._of_lines)[0])
 
     def _of_lines(self):
-        """(hardness of the bed, numbers of the contact in every cell)."""
+        """(hardness of the bed, contact parameters of every cell)."""
         scene = self.model.scene
         hard = hardness(scene, [piece.section for piece in scene.network.pieces])
         values = np.array([parameters_of_line(scene, section, hard) for section in self.model.sections])
         return hard, values[self.model.line_of_cell].T[:, :, None]
 
     def parameter_values(self) -> np.ndarray:
-        """Numbers of the contact in every cell, arrays (cells, 1)."""
+        """Contact parameters of every cell, arrays (cells, 1)."""
         return self._of_scene(self._of_lines)[1]
 
     def blocks(self, size: int) -> tuple[fem.FunctionSpace, np.ndarray]:
@@ -140,16 +140,16 @@ class Seabed(Bed):
     def grounded(self, u: np.ndarray, line: int = 0) -> GroundedLength:
         """Grounded length of a line, on every rank.
 
-        All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
-        what rises there is the element's wave, not the line.  Elsewhere the gap is a parabola from sounding to
-        sounding, of lines of degree 1 linear.
+        The line is taken as grounded between two touching quadrature points of the same or neighbouring elements: any
+        rise between them is an artefact of the element.  Elsewhere the gap is interpolated between soundings by a
+        parabola, for lines of degree 1 linearly.
         """
         row = np.zeros(GroundedLength.SIZE)
         self.lying(u, row, line)()
         return GroundedLength.of(row)
 
     def lying(self, u: np.ndarray, out: np.ndarray, line: int) -> Callable[[], object]:
-        """Function that puts the numbers of `GroundedLength` of a line into `out`."""
+        """Function that writes the numbers of `GroundedLength` of a line to `out`."""
         if self.ground is not None or self.model.comm.size > 1:
             return lambda: self._sound(u, out, line)
         cells, at = self._along[line], self.soundings
@@ -172,7 +172,7 @@ class Seabed(Bed):
         return work("find_lying", "lying", fields | {"out": out} | given)
 
     def _sound(self, u, out, line):
-        """The same on several ranks, and over a bed that is no plane."""
+        """The same on several ranks, and for an uneven bed."""
         cells, at = self._along[line], self.soundings
         places = at.of(u[self.model.part.slice][self.model.node_dofs])[cells]
         every = zip(*self.model.comm.allgather((at.s[cells], self.gap(places), places)), strict=True)

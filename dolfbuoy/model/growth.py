@@ -1,9 +1,9 @@
-"""Marine growth: its factors on diameter and mass of each element of the lines, by the depth where it hangs.
+"""Marine growth: its factors on diameter and mass of each element of the lines, depending on its depth.
 
 A section [cable] has a table [[z, factor of the diameter, factor of the mass], ...], linear between its rows and
-constant beyond them.  Growth sits on the line and not in the water: each element has the mean of the table over the
-heights of its ends at the start of a run, and keeps it.  In statics these heights are those of the equilibrium that is
-looked for (`statics.growth`).
+constant beyond them.  Growth is a property of the line, not of the water: each element takes the mean of the table
+between the heights of its ends at the start of a run and keeps it.  In statics these heights are those of the
+equilibrium being computed (`statics.growth`).
 """
 
 from collections.abc import Sequence
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class Growth:
-    """Factors on the elements of `Lines`: UFL numbers `diameter` and `mass`.  The area grows as the diameter squared.
+    """Factors of each element of `Lines` as UFL, `diameter` and `mass`.  The area grows as the diameter squared.
 
-    memory: the factors, which belong to the state of a run.
+    memory: the factors, which are part of the state of a run.
     """
 
     def __init__(self, lines: "Lines"):
@@ -46,11 +46,11 @@ class Growth:
             function.x.scatter_forward()
 
     def at(self, u: np.ndarray) -> np.ndarray:
-        """Factors that belong to the positions in the local unknowns u."""
+        """Factors for the positions in the local unknowns u."""
         return self._between(*np.sort(u[self.lines.part.slice][self._heights]).T)
 
     def of_the_water(self) -> np.ndarray:
-        """Means over the depth of the water: a guess before any position is known."""
+        """Means over the water depth: a guess before any position is known."""
         none = np.zeros(len(self._dofs))
         return self._between(none - self.lines.scene.sea.depth, none)
 
@@ -63,12 +63,12 @@ class Growth:
         return found
 
     def begin(self, u: np.ndarray) -> None:
-        """Take the factors that belong to the first positions of a run."""
+        """Set the factors from the initial positions of a run."""
         self.factors = self.at(u)
 
     @property
     def weights(self) -> np.ndarray:
-        """Weight in water that it adds to each owned element [N]."""
+        """Submerged weight of the growth on each owned element [N]."""
         scene, sections = self.lines.scene, self.lines.sections
         diameter, mass = self.factors.T
         rho_w, of_cell = scene.sea.density, self.lines.line_of_cell
@@ -78,7 +78,7 @@ class Growth:
         return scene.gravity * added * np.diff(self.lines.cell_ends)[:, 0]
 
     def weight_per_length(self, line: int) -> float:
-        """Mean weight in water of a line with what grows on it [N/m], on every rank."""
+        """Mean submerged weight of a line with its growth [N/m], on every rank."""
         section, mine = self.lines.sections[line], self.lines.line_of_cell == line
         added = self.lines.comm.allreduce(float(self.weights[mine].sum()))
         return weight_per_length(self.lines.scene, section) + added / section.length

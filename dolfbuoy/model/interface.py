@@ -1,4 +1,4 @@
-"""Interface of a model to a Problem and to time stepping: unknowns with rates, memory of accepted steps."""
+"""Interface of a model to a Problem and to time stepping: unknowns with rates, state of accepted steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass
 class Evolution:
-    """Unknowns whose rates stand in the forms.
+    """Unknowns whose time derivatives appear in the forms.
 
-    rates: of each time derivative, from the first on, the constant gamma and the Function history of
-    rate = gamma x unknown + history.  lagged: which unknowns are themselves rates that the scheme makes (momenta), a
-    mask or a bool.  sizes: typical size of the unknowns, and of every derivative but the last, for relative errors; inf
-    for those that do not count.
+    rates: for each time derivative, from the first on, the constant gamma and the Function history of
+    rate = gamma x unknown + history.  lagged: which unknowns are themselves rates computed by the scheme (momenta), a
+    mask or a bool.  sizes: typical size of the unknowns and of every derivative except the last, for relative errors;
+    inf for those that are not controlled.
     """
 
     part: Part
@@ -32,7 +32,7 @@ class Evolution:
 
     @property
     def order(self) -> int:
-        """In time."""
+        """Order in time."""
         return len(self.rates)
 
     @property
@@ -44,15 +44,15 @@ class Evolution:
         return u[self.part.slice]
 
     def reader(self, u: Array, out: Array) -> Any:
-        """(`out`, the view to be copied there), or a function that puts them into `out`; u stays in place."""
+        """(`out`, the view to be copied to it), or a function that writes them to `out`; the memory of u is fixed."""
         return out, self.values(u)
 
     def handed(self, u: Array) -> list[Any]:
-        """Functions that are called when a step has handed its rules to the forms."""
+        """Functions called after a step has passed its rules to the forms."""
         return []
 
     def hand_out(self, level: int, gamma: float, history: Array | float) -> None:
-        """Give the forms the rule of a derivative (0: the first)."""
+        """Pass the rule of a derivative (0: the first) to the forms."""
         constant, function = self.rates[level]
         constant.value = gamma
         function.x.array[:] = history
@@ -61,9 +61,8 @@ class Evolution:
 class Model(Protocol):
     """Lines, bodies at joints, or a buoy; u: all local unknowns of the Problem, of which those of `part` are its own.
 
-    memory: what accepted steps leave behind besides unknowns.  relaxation and reference: constant and Function of the
-    inertia that holds it in the damped motion of statics, None without.  What is written here is that of a model
-    without anything of its own.
+    memory: state of accepted steps other than unknowns.  relaxation and reference: constant and Function of the inertia
+    in the damped motion of statics, or None.  The methods here are defaults.
     """
 
     scene: "Scene"
@@ -75,10 +74,10 @@ class Model(Protocol):
     reference: Any = None
 
     def change(self, scene: "Scene") -> None:
-        """Take the numbers of another scene of the same structure."""
+        """Take the values of another scene of the same structure."""
 
     def evolutions(self) -> list[Evolution]:
-        """Its unknowns in time, in their order."""
+        """Its unknowns with time derivatives, in order."""
         ...
 
     def blocks(self, length: float, force: float) -> list[Any]:
@@ -86,7 +85,7 @@ class Model(Protocol):
         ...
 
     def places(self) -> Array:
-        """Places of its unknowns, by which a numbering is recognised; empty if they belong to no place."""
+        """Coordinates of its unknowns, which identify a numbering; empty if they have none."""
         return np.zeros(0)
 
     def force_dofs(self) -> Array:
@@ -96,34 +95,34 @@ class Model(Protocol):
     # -- time
 
     def clock(self, time: Array, u: Array) -> list[Callable[[], Any]]:
-        """Functions that bring what is given as a function of time, in u too, to time[0]."""
+        """Functions that update everything prescribed over time, also in u, to time[0]."""
         return self.sea.clock(time)
 
     def begin(self, u: Array) -> None:
-        """Memory as at the start of a run."""
+        """Reset the memory to the start of a run."""
 
     def when_accepted(self, time: Array, u: Array) -> list[Callable[[], Any]]:
-        """Functions that are called when a step to time[0] was taken; they say whether the equations are others now."""
+        """Functions called after an accepted step to time[0]; they return whether the equations have changed."""
         return []
 
     # -- water
 
     def follow_water(self, system: "System") -> None:
-        """Let the points where the water is looked at follow the unknowns of a System."""
+        """Evaluate the water at points that follow the unknowns of a System."""
         self.sea.follow(system)
 
     def publish_points(self) -> None:
-        """Put these points where the unknowns' Function says: for forms that no System evaluates."""
+        """Update these points from the Function of the unknowns, for forms that no System evaluates."""
         self.sea.publish()
 
     # -- relaxation, in statics
 
     def hold(self, u: Array, h: float) -> None:
-        """Inertia of a step of h [s] from rest in the positions of u."""
+        """Set the inertia of a step of h [s] from rest at the positions in u."""
         if self.relaxation is not None:
             self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
 
     def let_go(self) -> None:
-        """No inertia."""
+        """Remove the inertia."""
         if self.relaxation is not None:
             self.relaxation.value = 0.0

@@ -1,9 +1,9 @@
-"""Irregular waves at quadrature points: coefficients of the forms that a hook in C fills (`forms.sea.Samples`).
+"""Irregular waves at quadrature points: form coefficients that a hook in C fills (`forms.sea.Samples`).
 
-Where the points of a form are depends on the unknowns.  Once per step, at the state that is predicted, the sums over
-all components are taken there, with their derivatives by position; the form goes on from there to where the points
-come to lie.  That is of second order in the error of the prediction.  `waves.kinematics` = "exact" takes the sums at
-every evaluation: residual and Jacobian are then those of the waves themselves.
+The positions of the points depend on the unknowns.  Once per step, at the predicted state, all components are summed
+there, with their spatial derivatives; the form extrapolates from there to the actual positions.  The error is of second
+order in the error of the prediction.  With `waves.kinematics` = "exact" they are summed at every evaluation: residual
+and Jacobian are then those of the waves themselves.
 """
 
 from collections.abc import Callable
@@ -23,17 +23,17 @@ from ..solver.system import System
 from ..solver.unknowns import array_of
 from .airy import AirySum
 
-ON_LINE, ON_AXIS, ON_SURFACE = range(3)  #: where points are: on a line, on the axis of a hull, on the surface above C
+ON_LINE, ON_AXIS, ON_SURFACE = range(3)  #: location of points: on a line, on the axis of a hull, on the surface above C
 PLAIN, MEAN, MOMENT = range(3)  #: weights of components over a disk
 STRETCHINGS = "wheeler", "vertical", "none"
 
 
 @dataclass(frozen=True)
 class Points:
-    """Points of a form on some cells, and the coefficient that takes the numbers of the waves there.
+    """Points of a form on some cells, and the coefficient that receives the wave samples there.
 
-    source: Function or array that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and
-    `shape` (points, nodes), which interpolates.  radius: place of the radius after the height.
+    source: Function or array that holds positions, at its `places` (cells, nodes), on a line (cells, nodes, 3), with
+    the interpolation matrix `shape` (points, nodes).  radius: place of the radius relative to the height.
     """
 
     kind: int
@@ -47,36 +47,36 @@ class Points:
 
     @property
     def size(self) -> int:
-        """Numbers of a point."""
+        """Number of values per point."""
         return self.coefficient.function_space.dofmap.bs
 
 
 def on_line(mesh: Any, degree: int, source: fem.Function, nodes: tuple[np.ndarray, np.ndarray]) -> Points:
-    """The points of a quadrature degree on all cells; nodes: dofs of `source` (cells, nodes, 3) and their mesh
+    """The quadrature points of a degree on all cells; nodes: dofs of `source` (cells, nodes, 3) and their mesh
     coordinates (cells, nodes)."""
     dofs, s = nodes
     found = fem.Function(compat.function_space(mesh, compat.quadrature_element(mesh, degree, SMALL)))
     at = compat.interval_quadrature(degree)[0]
-    low, high = compat.cell_coordinates(mesh)[0, [0, 3]] if len(s) else (0.0, 1.0)  # of the first cell: all are alike
+    low, high = compat.cell_coordinates(mesh)[0, [0, 3]] if len(s) else (0.0, 1.0)  # first cell: all are alike
     shape = lagrange((s[0] - low) / (high - low), at) if len(s) else np.zeros((len(at), dofs.shape[1]))
     return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
 
 
 def on_points(mesh: Any, source: fem.Function, dofs: np.ndarray) -> Points:
-    """One on each cell, whose place is unknown; dofs: of `source` (cells, 3)."""
+    """One point on each cell, whose position is an unknown; dofs: those of `source` (cells, 3)."""
     found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, SMALL)))
     return Points(ON_LINE, found, np.arange(len(dofs)), np.ones((1, 1)), source, dofs[:, None, :].astype(np.int32))
 
 
 def on_axis(group: Any) -> Points:
-    """Those of a `wet_hull.PointGroup`."""
+    """The points of a `wet_hull.PointGroup`."""
     return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
 
 
 def on_cells(
     mesh: Any, cells: np.ndarray, source: Any = None, places: np.ndarray | None = None, radius: int = 0
 ) -> Points:
-    """One point on each of some cells: of the axis, or without source on the surface above C."""
+    """One point on each of some cells: on the axis, or without source on the surface above C."""
     found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, LARGE)))
     kind = ON_SURFACE if source is None else ON_AXIS
     places = np.zeros((len(cells), 1), np.int32) if places is None else places
@@ -84,13 +84,13 @@ def on_cells(
 
 
 def weighted(points: Points) -> list[Points]:
-    """The same points three times: plain, and over disks for means and for first moments."""
+    """The same points three times: plain, and weighted over disks for means and for first moments."""
     space = points.coefficient.function_space
     return [points, *(replace(points, weight=weight, coefficient=fem.Function(space)) for weight in (MEAN, MOMENT))]
 
 
 def lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Values at x (rows) of the polynomials that are 1 at one of the nodes and 0 at the others."""
+    """Values at x (rows) of the Lagrange polynomials of the nodes (columns)."""
     found = np.ones((len(x), len(nodes)))
     for a, here in enumerate(nodes):
         for b, there in enumerate(nodes):
@@ -109,7 +109,7 @@ class Kinematics:
         self.change(scene)
 
     def change(self, scene: Scene) -> None:
-        """The components of another scene."""
+        """Take the components of another scene."""
         self.exact, self._airy = scene.waves.kinematics == "exact", AirySum.of(scene)
         airy, n = self._airy, len(self._airy.wavenumber)
         padded = -(-n // ALIGNED) * ALIGNED
@@ -139,7 +139,7 @@ class Kinematics:
         self.set_time(0.0)
 
     def set_time(self, t: float) -> None:
-        """Phases and ramp of a time; what was summed before is stale."""
+        """Set the phases and ramp to a time and mark earlier sums as stale."""
         self._arrays["phase"][: self.waves.count] = self._airy.time_phase(t)
         self.waves.ramp = self._airy.grown(t)
         self.waves.serial += 1
@@ -147,20 +147,20 @@ class Kinematics:
 
     @property
     def phases(self) -> np.ndarray:
-        """phase - omega t of the components at the time [rad], rounded up to whole vectors."""
+        """phase - omega t of the components at that time [rad], padded to whole SIMD vectors."""
         return self._arrays["phase"]
 
     def add(self, points: Points) -> Points:
-        """More points, with the others of this mesh."""
+        """Add points of this mesh."""
         self.sets.append(points)
         return points
 
     def samples(self, points: Points, depth: Expr) -> Samples:
-        """Coefficients that a form reads at the points."""
+        """The samples that a form reads at the points."""
         return Samples(points.coefficient, depth, self._airy.stretching, self._airy.steep)
 
     def follow(self, system: System, body: tuple | None = None) -> None:
-        """Before every evaluation of a System the sums are taken where its points are.
+        """Sum the components at the points of a System before each of its evaluations.
 
         body: arrays that hold r_C, q_4 and the height of C, and the length of its hull.
         """
@@ -172,15 +172,15 @@ class Kinematics:
         system.hooks.add("sample", context)
 
     def into_functions(self, read: Callable, body: tuple | None = None) -> Callable:
-        """A function that takes the sums for the present values of Functions and Constants, into the coefficients."""
+        """Function that sums for the present values of Functions and Constants and writes the coefficients."""
         context = self._context(self.sets, read, lambda p: np.array([len(p.cells)], dtype=np.int32), body)
-        stale = np.ones(1, dtype=np.int32)  # its own: what a System has is none the newer
+        stale = np.ones(1, dtype=np.int32)  # its own flag: the samples of a System stay stale
         context.exact, context.stale = True, address(stale)
         self._alive.append(stale)
         return partial(core().lib.sample, context, core().ffi.NULL)
 
     def of_hull(self, body: tuple) -> Any:
-        """The sea for C's `hull_points`."""
+        """Context of the sea for `hull_points` in C."""
         context = self._context([], None, None, body)
         self._following.append(context)
         return context
@@ -207,7 +207,7 @@ _ARRAYS = (
 
 
 def _describe(one, points, read, count):
-    """Fill in C's description of points; returns what it points to."""
+    """Fill in the C description of points; returns the arrays it points to."""
     bs, nodes = points.size, points.places.shape[1]
     to = bs * compat.cell_dofs(points.coefficient.function_space)[points.cells]
     ints = [np.ascontiguousarray(a, dtype=np.int32) for a in (points.places, to)]

@@ -1,4 +1,4 @@
-"""Layout of lines: a mesh of disjoint intervals, its spaces, and the places of the unknowns."""
+"""Layout of lines: a mesh of disjoint intervals, its function spaces, and the places of the unknowns."""
 
 import heapq
 from collections.abc import Callable, Sequence
@@ -19,16 +19,16 @@ _NONE = np.zeros(0, dtype=int)
 
 
 def laid_out(sections: list[Cable]) -> np.ndarray:
-    """Beginnings of pieces that lie one after the other, apart from each other by a tenth of the longest [m]."""
+    """Start coordinates of consecutive pieces, separated by a tenth of the longest [m]."""
     lengths = np.array([c.length for c in sections])
     return np.concatenate([[0.0], np.cumsum(lengths + 0.1 * lengths.max())])[:-1]
 
 
 class Pieces:
-    """Pieces of line of a `network`, of one `Layout` or of several.
+    """Pieces of line of a `network`, in one `Layout` or several.
 
-    begins: where each begins on its mesh [m]; slip: how far apart places of one are there.  end_dofs: dofs of r at
-    s = 0 and s = L of each, empty where another rank has them.
+    begins: start of each on its mesh [m]; slip: tolerance within which mesh coordinates are equal [m].  end_dofs: dofs
+    of r at s = 0 and s = L of each, empty if on another rank.
     """
 
     network: Network
@@ -38,12 +38,12 @@ class Pieces:
 
     @property
     def pieces(self) -> list[Piece]:
-        """In the order of their numbers."""
+        """All pieces, in the order of their numbers."""
         return self.network.pieces
 
     @property
     def sections(self) -> list:
-        """Their sections of the scene."""
+        """Their scene sections."""
         return [piece.section for piece in self.pieces]
 
     @property
@@ -57,11 +57,11 @@ class Pieces:
         return max(c.length for c in self.sections)
 
     def line_at(self, s: np.ndarray) -> np.ndarray:
-        """Number of the piece at mesh coordinates."""
+        """Numbers of the pieces at mesh coordinates."""
         return np.searchsorted(self.begins, s + self.slip, side="right") - 1
 
     def held_ends(self) -> list[tuple[int, int, np.ndarray]]:
-        """(piece, end, its dofs) of all ends whose position is given."""
+        """(piece, end, its dofs) of all ends with prescribed position."""
         ends = [(k, i) for k, piece in enumerate(self.pieces) for i, end in enumerate(piece.ends) if end.held]
         return [(k, i, self.end_dofs[k][i]) for k, i in ends]
 
@@ -71,14 +71,14 @@ class Pieces:
 
     @cached_property
     def turns(self) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-        """(turn of each piece, mask of those that go backwards, turn of each joint by name) in the elimination."""
+        """Elimination order: (turn of each piece, mask of those taken backwards, turn of each joint by name)."""
         return order_of_pieces(self.pieces)
 
     def elimination_order(self) -> tuple[np.ndarray, np.ndarray]:
         """(free owned dofs, keys of each): along one piece after the other, each tension after its positions.
 
-        In this order the saddle-point matrix has a factorisation without pivoting.  Dofs of a joint, all of them, come
-        behind the last but one of its pieces, so that little fills in; behind them the tensions that only they precede.
+        In this order the saddle-point matrix has a factorisation without pivoting.  All dofs of a joint come after its
+        last piece but one, to limit fill-in, followed by the tensions that depend on them alone.
         """
         dofs, keys = self.elimination_keys()
         order = np.lexsort((dofs, *keys))
@@ -86,11 +86,11 @@ class Pieces:
 
 
 class Layout(Pieces):
-    """Mesh, space and numbering of the pieces of a network (`scene.network`); w = (r, T), with the mean of T and the
-    moment m of lines that bend after it, is unknown.
+    """Mesh, space and numbering of the pieces of a network (`scene.network`); the unknown is w = (r, T), followed by
+    the mean of T and, for lines with bending stiffness, the moment m.
 
-    Piece k lies on the mesh from `begins[k]` on.  All share pair, strain and whether they bend, and are in the order in
-    which a tension follows the positions that it constrains.
+    Piece k starts at `begins[k]` on the mesh.  All share the element pair, the strain form and whether they have
+    bending stiffness, and are ordered so that each tension follows the positions it constrains.
     """
 
     def __init__(self, comm: MPI.Comm, network: Network, averaged: bool, bends: bool, begins: np.ndarray | None = None):
@@ -141,14 +141,14 @@ class Layout(Pieces):
         ends = np.array([(n[0], n[-1]) for n in self.nodes])
         nodes = self._found(self.node_s, ends)
         self.end_dofs = [tuple(self.node_dofs[k] if k >= 0 else _NONE for k in pair) for pair in nodes]
-        #: Owned cells at both ends of each piece, -1 where another rank has them.
+        #: Owned cells at both ends of each piece, -1 if on another rank.
         self.end_cells = np.column_stack([self._found(self.cell_ends[:, end], ends[:, end]) for end in (0, 1)])
         #: Nodes and owned cells of each piece.
         self.nodes_of, self.cells_of = (_grouped(lines, len(ends)) for lines in (self.line_of_node, self.line_of_cell))
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
     def _moment_dofs(self):
-        """Dofs of m in the nodes of r."""
+        """Dofs of m at the nodes of r."""
         M, dofs = compat.collapse(self.space, self.space.num_sub_spaces - 1)
         found, s = np.asarray(dofs).reshape(-1, 3), M.tabulate_dof_coordinates()[:, 0]
         nodes = np.empty_like(found)
@@ -156,14 +156,14 @@ class Layout(Pieces):
         return nodes
 
     def end_moments(self, piece: int, end: int) -> np.ndarray:
-        """Dofs of m at an end of a piece; empty where another rank has them, and of lines that do not bend."""
+        """Dofs of m at an end of a piece; empty if on another rank, or without bending stiffness."""
         if self.moment_dofs is None or not len(self.end_dofs[piece][end]):
             return _NONE
         return self.moment_dofs[np.flatnonzero(self.node_dofs[:, 0] == self.end_dofs[piece][end][0])[0]]
 
     @cached_property
     def pinned_moments(self) -> np.ndarray:
-        """Dofs of m at all ends that may turn freely, where m = 0."""
+        """Dofs of m at all pinned ends, where m = 0."""
         found = [_NONE]
         for k, piece in enumerate(self.pieces):
             for i, end in enumerate(piece.ends):
@@ -173,11 +173,11 @@ class Layout(Pieces):
 
     @cached_property
     def at_ends(self) -> fem.FunctionSpace:
-        """The space of what an `Attachment` knows, one for all of them."""
+        """Space of the unknowns of an `Attachment`, common to all."""
         return compat.real_space(self.mesh, FIELDS.size)
 
     def _found(self, values, wanted):
-        """Places of the wanted ones among mesh coordinates, all different; -1: nowhere."""
+        """Indices of the wanted ones among distinct mesh coordinates; -1: not found."""
         order = np.argsort(values)
         after = np.searchsorted(values[order], wanted - self.slip)
         place = order[np.minimum(after, len(values) - 1)]
@@ -186,7 +186,7 @@ class Layout(Pieces):
     def _weights(self, moment):
         """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
 
-        All cells number their dofs alike, as affine images of one reference cell.
+        All cells number their dofs in the same way, as affine images of one reference cell.
         """
         ends = self.cell_ends[0]
         xi = (self.T_s[0] - ends[0]) / (ends[1] - ends[0])
@@ -196,17 +196,17 @@ class Layout(Pieces):
     # -- ends ---------------------------------------------------------------------------------------------------------
 
     def end_measure(self, piece: int, end: int) -> ufl.Measure:
-        """`ds` of an end of a piece: a measure of its own, so that the forms of all ends are the same."""
+        """`ds` of an end of a piece: a separate measure, so that the forms of all ends are the same."""
         tags = compat.end_tags(self.mesh, self.nodes[piece][-end])
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=tags)(1)
 
     def owns_end(self, piece: int, end: int) -> bool:
-        """True if the cell at an end is one of this rank's, which evaluates what acts there."""
+        """True if this rank owns the cell at an end and hence evaluates the loads there."""
         return bool(self.end_cells[piece, end] >= 0)
 
     @property
     def owned(self) -> np.ndarray:
-        """Mask of the unknowns that are this rank's."""
+        """Mask of the unknowns owned by this rank."""
         return np.arange(len(self.w.x.array)) < self.space.dofmap.index_map.size_local
 
     def places(self) -> np.ndarray:
@@ -233,7 +233,7 @@ class Layout(Pieces):
         here = np.where(backwards[self.line_of_node], self._from_top(self.node_s, self.line_of_node), here)
         stage[self.node_dofs], place[self.node_dofs] = turn[self.line_of_node][:, None], here[:, None]
         kind[self.node_dofs] = 0
-        if self.moment_dofs is not None:  # before the positions of its node, which get their stiffness from it
+        if self.moment_dofs is not None:  # before the positions of its node, which get stiffness from it
             stage[self.moment_dofs], place[self.moment_dofs] = turn[self.line_of_node][:, None], here[:, None]
             kind[self.moment_dofs] = -1
         behind = self.T_dofs if self.mean_dofs is None else np.column_stack([self.T_dofs, self.mean_dofs])
@@ -268,7 +268,7 @@ class Layout(Pieces):
             u[self.moment_dofs[nodes]] = 0.0
 
     def set_moment(self, u: np.ndarray, moment: Callable, line: int) -> None:
-        """Interpolate m(s) -> (n, 3) of a piece that bends into the local unknowns u."""
+        """Interpolate m(s) -> (n, 3) of a piece with bending stiffness into the local unknowns u."""
         nodes = self.nodes_of[line]
         u[self.part.slice][self.moment_dofs[nodes]] = moment(self.node_s[nodes] - self.begins[line])
 
@@ -277,7 +277,7 @@ class Layout(Pieces):
         return u[self.part.slice][self.T_dofs] @ self._averaging
 
     def moments(self, u: np.ndarray) -> np.ndarray:
-        """m of the nodes (n, 3) [N m], 0 in lines that do not bend."""
+        """m at the nodes (n, 3) [N m], 0 without bending stiffness."""
         if self.moment_dofs is None:
             return np.zeros((len(self.node_s), 3))
         return u[self.part.slice][self.moment_dofs]
@@ -290,17 +290,17 @@ class Layout(Pieces):
 
 
 def _grouped(numbers, count):
-    """Places of 0, of 1, ... of `count` - 1 in an array."""
+    """Indices of 0, of 1, ..., of `count` - 1 in an array."""
     order = np.argsort(numbers, kind="stable")
     return np.split(order, np.searchsorted(numbers[order], np.arange(1, count)))
 
 
 def order_of_pieces(pieces: Sequence[Piece]) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-    """(turn of each piece, whether it goes from s = L to s = 0, {joint: turn}); a joint comes behind the piece of its
+    """(turn of each piece, whether it goes from s = L to s = 0, {joint: turn}); a joint comes after the piece of its
     turn.
 
-    A piece begins, if it can, at an end that needs no unknown or whose joint has gone: nothing of it then fills in but
-    what lies ahead.  A joint goes when at most one of its pieces is left.
+    If possible, a piece begins at an end without unknowns or at an eliminated joint: it then fills in only ahead.
+    A joint is eliminated when at most one of its pieces is left.
     """
     joints, found, at_joint = {}, {}, {}
     for k, piece in enumerate(pieces):
@@ -308,7 +308,7 @@ def order_of_pieces(pieces: Sequence[Piece]) -> tuple[np.ndarray, np.ndarray, di
             if end.kind == "joint":
                 at_joint.setdefault(end.name, []).append(k)
     waiting = {name: len(there) for name, there in at_joint.items()}
-    best = [(*_best_end(piece, joints), k) for k, piece in enumerate(pieces)]  # may hold a piece again, at a lower cost
+    best = [(*_best_end(piece, joints), k) for k, piece in enumerate(pieces)]  # may hold a piece twice, at a lower cost
     heapq.heapify(best)
     while best:
         _, backwards, k = heapq.heappop(best)
@@ -328,6 +328,6 @@ def order_of_pieces(pieces: Sequence[Piece]) -> tuple[np.ndarray, np.ndarray, di
 
 
 def _best_end(piece, joints):
-    """(what it costs to begin there, the end: 0 or 1): 2 at a joint that has not gone, 1 at a buoy, else nothing."""
+    """(cost of beginning there, the end: 0 or 1): 2 at a joint not yet eliminated, 1 at a buoy, else 0."""
     waits = [end.kind == "joint" and end.name not in joints for end in piece.ends]
     return min((2 if waits[i] else int(end.kind == "buoy"), i) for i, end in enumerate(piece.ends))

@@ -1,4 +1,4 @@
-"""Energies of lines and powers of their material, for balances."""
+"""Energy stored and power dissipated in the material of lines, for balances."""
 
 import math
 from collections.abc import Callable
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def material_powers(lines: "Lines") -> list[tuple[effects.Effect, Expr]]:
-    """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
+    """[(effect, power of the material per unstretched length [W/m] as UFL)], for balances."""
     r, T, e, r_t, _ = lines.kinematics()
     taut = partial(form.taut_damping_power, r=r, T=T, e=e, r_t=r_t)
     return [(effect, or_taut(lines, effect.line_power(c, r, r_t), taut)) for effect, c in lines.powers]
 
 
 def elastic_energies(lines: "Lines") -> list[Expr]:
-    """Energies of stretching and of bending, per unstretched length [J/m] as UFL, for balances."""
+    """Stretching and bending energies per unstretched length [J/m] as UFL, for balances."""
     r, T, e, r_t, _ = lines.kinematics()
     found = []
     if e is not None:
@@ -41,14 +41,14 @@ def elastic_energies(lines: "Lines") -> list[Expr]:
 
 
 def spring_energies(lines: "Lines") -> list[tuple[Expr, ufl.Measure]]:
-    """[(energy [J] as UFL, measure of its end)] of the springs at ends that nothing else turns."""
+    """[(energy [J] as UFL, measure of its end)] of the springs at ends not on a buoy."""
     springs = [(k, i, t_0, spring) for (k, i), (t_0, spring) in lines.clamps.items() if spring is not None]
     m = ufl.split(lines.w)[-1]
     return [(bending.spring_energy(t_0, m, k, i), lines.end_measure(n, i)) for n, i, t_0, k in springs]
 
 
 def or_taut(lines: "Lines", value: Expr, taut: Callable[..., Expr]) -> Expr:
-    """The value of `taut` on damped lines of Hooke's law that go slack, where T is not that of the strain."""
+    """`value`, but `taut` on damped tension-only lines with Hooke's law, where T does not give the strain if slack."""
 
     def goes(c):
         hooke = not isinstance(c.axial_stiffness, TensionTable) and math.isfinite(c.axial_stiffness)

@@ -1,7 +1,7 @@
-"""Lines of several kinds: those with one pair of elements, strain and strain form are a group, on a mesh of its own.
+"""Lines of several kinds: those with the same element pair, strain and strain form are a group with its own mesh.
 
-What reads or moves all lines of a scene finds the same names here as in `Lines`: arrays of all groups one behind the
-other, and functions of one piece, by its number in the scene, that ask the group which has it.
+`LineGroups` has the interface of `Lines` for all lines of a scene: arrays are concatenated over the groups, and methods
+for one piece, by its number in the scene, are delegated to the group that contains it.
 """
 
 import itertools
@@ -32,27 +32,27 @@ def lines_of(comm: MPI.Comm, scene: Scene, dynamic: bool) -> "Lines | LineGroups
 
 
 def _joined(name: str) -> property:
-    """Property: this of all groups, one behind the other."""
+    """Property: the arrays of all groups, concatenated."""
     return property(lambda self: np.concatenate([getattr(group, name) for group in self.groups]))
 
 
 def _numbered(name: str) -> property:
-    """Property: numbers of pieces of all groups, as the scene counts them."""
+    """Property: numbers of pieces of all groups, in the numbering of the scene."""
     return property(lambda self: np.concatenate([np.array(g.numbers)[getattr(g, name)] for g in self.groups]))
 
 
 def _of_all(name: str, made_one: Callable = lambda found: None) -> Callable:
-    """Method: that of every group; what they return is made one, by default nothing."""
+    """Method: calls that of every group and combines the results, by default to None."""
     return lambda self, *args: made_one([getattr(group, name)(*args) for group in self.groups])
 
 
-#: Methods: arrays of all groups, one behind the other; what that of every group lists.
+#: Methods whose results are concatenated as arrays, or as lists.
 _joined_of = partial(_of_all, made_one=np.concatenate)
 _listed = partial(_of_all, made_one=lambda found: list(itertools.chain.from_iterable(found)))
 
 
 def _of_piece(name: str, at: int = -1) -> Callable:
-    """Method: that of the group which has a piece, whose number is the argument `at`."""
+    """Method: that of the group containing the piece whose number is the argument `at`."""
 
     def method(self, *args):
         args = list(args)
@@ -63,7 +63,7 @@ def _of_piece(name: str, at: int = -1) -> Callable:
 
 
 class LineGroups(Pieces, Model):
-    """All lines of a scene; `groups`: the Lines of each kind.  What is not explained here is as in `Lines`."""
+    """All lines of a scene; `groups`: the Lines of each kind.  Names not documented here are as in `Lines`."""
 
     mean_dofs = moment_dofs = None
     cell_ends, stretches, one_sided = _joined("cell_ends"), _joined("stretches"), _joined("one_sided")
@@ -84,7 +84,7 @@ class LineGroups(Pieces, Model):
 
     def __init__(self, comm: MPI.Comm, scene: Scene, dynamic: bool, kinds: list[list[int]]):
         self.comm, self.dynamic, self.network = comm, dynamic, scene.network
-        self.begins = laid_out(self.sections)  #: where each piece begins on the mesh of its group [m]
+        self.begins = laid_out(self.sections)  #: start of each piece on the mesh of its group [m]
         self.groups = [Lines(comm, scene, dynamic, numbers, self.begins[numbers]) for numbers in kinds]
         turns, backwards, joints = self.turns
         for group in self.groups:
@@ -124,14 +124,14 @@ class LineGroups(Pieces, Model):
 
     @property
     def T_dofs(self) -> np.ndarray:
-        """Dofs of T of each owned cell; a row of fewer tensions than others repeats its last one."""
+        """Dofs of T of each owned cell; shorter rows are padded by repeating the last one."""
         most = max(group.T_dofs.shape[1] for group in self.groups)
         rows = [g.T_dofs[:, np.minimum(np.arange(most), g.T_dofs.shape[1] - 1)] + g.part.offset for g in self.groups]
         return np.concatenate(rows)
 
     @cached_property
     def end_dofs(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Dofs of r at s = 0 and s = L of each piece, empty where another rank has them."""
+        """Dofs of r at s = 0 and s = L of each piece, empty if on another rank."""
         found = [self.holder(k) for k in range(len(self.pieces))]
         return [tuple(dofs + group.part.offset for dofs in group.end_dofs[k]) for group, k in found]
 
@@ -162,12 +162,12 @@ class LineGroups(Pieces, Model):
 
     @property
     def end_loads(self) -> dict:
-        """Constants of the forces on the free ends that are pulled, by the number of the piece."""
+        """Constants of the forces on loaded free ends, by the number of the piece."""
         return {group.numbers[k]: load for group in self.groups for k, load in group.end_loads.items()}
 
 
 class _Growths:
-    """Marine growth of all groups, one behind the other."""
+    """Marine growth of all groups, concatenated."""
 
     weights, at, of_the_water = _joined("weights"), _joined_of("at"), _joined_of("of_the_water")
 

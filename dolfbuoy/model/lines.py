@@ -1,4 +1,4 @@
-"""Lines: material, residual, and what time stepping has to know of them."""
+"""Lines: material, residual, and interface to time stepping."""
 
 import math
 from collections.abc import Callable
@@ -39,18 +39,18 @@ def top_position(top: Top, t: float) -> np.ndarray:
 
 
 def is_averaged(section: Cable) -> bool:
-    """True if the strain is its average on each element (the paper's Sect. 3.3.2); all pieces share that."""
+    """True if the strain is averaged on each element (the paper's Sect. 3.3.2); the same for all pieces."""
     return section.strain == "element-average"
 
 
 class Lines(Layout, Masses):
-    """Spaces and forms of pieces of line of a scene, by their `numbers`; w = (r, T, mean T, m), the last two where they
-    are called for, is the unknown.
+    """Spaces and forms of pieces of line of a scene, by their `numbers`; the unknown is w = (r, T, mean T, m), the last
+    two only if needed.
 
-    All have the same pair, strain and strain form: lines of several kinds are several `groups`.
+    All have the same element pair, strain and strain form: lines of several kinds are several `groups`.
 
-    Pair, strain and strain form are those of all; what they do not share is a property per cell.  Where some are
-    inextensible and others not there is a compliance per cell, 0 for the former; else the former have no strain.
+    All other properties may vary from cell to cell.  If some pieces are inextensible and others not, there is a
+    compliance per cell, 0 for the former; if all are inextensible, there is no strain.
     """
 
     where = "line"
@@ -71,8 +71,8 @@ class Lines(Layout, Masses):
         first = network.pieces[0].section
         super().__init__(comm, network, self.elastic and is_averaged(first), first.bending_stiffness > 0, begins)
         self._equip(scene, dynamic)
-        self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
-        #: (piece, end: 0 or 1) -> its position [m] as a function of time, in place of the scene's.
+        self.stopped = None  #: time at which moving ends have stopped, an array (1,)
+        #: (piece, end: 0 or 1) -> its position [m] as a function of time, overriding the scene's.
         self.driven: dict[tuple[int, int], Callable[[float], np.ndarray]] = {}
         mu = self.section.position_degree
         self._degree = scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
@@ -90,22 +90,22 @@ class Lines(Layout, Masses):
             self.memory |= self.bed.memory
         if dynamic:
             self._move()
-        else:  # what holds lines in the damped motion of statics
+        else:  # inertia in the damped motion of statics
             self.relaxation, self.reference = compat.constant(self.mesh, 0.0), fem.Function(self.space)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     @property
     def groups(self) -> list["Lines"]:
-        """These lines, as `line_groups.LineGroups` has several."""
+        """List of these lines, for compatibility with `line_groups.LineGroups`."""
         return [self]
 
     def holder(self, piece: int) -> tuple["Lines", int]:
-        """(the Lines that have a piece of the scene, its number there)."""
+        """(the Lines that contain a piece of the scene, its number there)."""
         return self, piece
 
     def _part_of(self, scene):
-        """The network of a scene with the pieces that belong here only."""
+        """The network of a scene, restricted to the pieces of these lines."""
         return replace(scene.network, pieces=tuple(scene.network.pieces[k] for k in self.numbers))
 
     @property
@@ -115,22 +115,22 @@ class Lines(Layout, Masses):
 
     @property
     def one_sided(self) -> np.ndarray:
-        """Mask of the owned cells that take no compression."""
+        """Mask of the owned cells with the tension-only law."""
         return np.array([c.slack == "tension-only" for c in self.sections])[self.line_of_cell]
 
     @property
     def keeps_shape(self) -> np.ndarray:
-        """Mask of the owned cells that need no tension: of lines with a bending stiffness, and of bars on buoys."""
+        """Mask of the owned cells that are stable without tension: lines with bending stiffness, and bars on buoys."""
         return np.array([p.section.bending_stiffness > 0 or p.is_bar for p in self.pieces])[self.line_of_cell]
 
     @property
     def turnable(self) -> np.ndarray:
-        """Mask of the pieces that may be compressed until an element is inverted: their tension gives their stretch."""
+        """Mask of the pieces whose elements could be inverted by compression, their stretch being given by T."""
         found = [c.slack == "compressive" and not (self.dynamic and c.damping) for c in self.sections]
         return np.isfinite([c.axial_stiffness for c in self.sections]) & found
 
     def smallest_stretch(self, u: np.ndarray) -> float:
-        """Smallest 1 + T/EA of the owned cells of `turnable` pieces, as the forms have EA at the moment."""
+        """Smallest 1 + T/EA of the owned cells of `turnable` pieces, with the current EA of the forms."""
         u = u[self.part.slice]
         T = u[self.T_dofs].min(axis=1) if self.mean_dofs is None else u[self.mean_dofs]
         EA, compliance = self.cable.EA, self.cable.compliance
@@ -138,7 +138,7 @@ class Lines(Layout, Masses):
         return float((1 + T * found)[self.turnable[self.line_of_cell]].min(initial=1.0))
 
     def _in_cells(self, number):
-        """Values of a Constant, or of a number per cell, in the owned cells."""
+        """Values in the owned cells of a Constant or of a Function constant per cell."""
         if isinstance(number, fem.Constant):
             return number.value
         return number.x.array[compat.cell_dofs(number.function_space)[:, 0]]
@@ -173,7 +173,7 @@ class Lines(Layout, Masses):
                 )
 
     def _bending(self, number):
-        """Bending stiffness, its typical size, and of each end with a direction that and its spring."""
+        """Bending stiffness, its typical size, and the direction and spring of each clamped end."""
 
         def clamp(k, i, get):
             return self.constants.constant(lambda scene, _: get(scene.network.pieces[self.numbers[k]].ends[i].clamp))
@@ -187,12 +187,12 @@ class Lines(Layout, Masses):
         self.share_of_bending = compat.constant(self.mesh, 1.0)
         for k, piece in enumerate(self.pieces):
             for i, end in enumerate(piece.ends):
-                if end.clamp is not None and end.kind != "buoy":  # there an Attachment has it
+                if end.clamp is not None and end.kind != "buoy":  # at a buoy the Attachment has it
                     spring = end.clamp.rotational_stiffness and clamp(k, i, lambda c: c.rotational_stiffness)
                     self.clamps[k, i] = clamp(k, i, lambda c: np.array(c.unit)), spring
 
     def _kinks(self, below):
-        """Kinks of tables T(e); a section that has fewer than others has kinks that change nothing."""
+        """Kinks of tables T(e), padded with kinks without effect to the same number in all sections."""
 
         def kink(section, k):
             return (*kinks_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
@@ -220,12 +220,12 @@ class Lines(Layout, Masses):
         return parts[0], parts[1], e, r_t, r_tt
 
     def water_forces(self) -> list[tuple[effects.Effect, Expr]]:
-        """[(effect, force per stretched length [N/m] as UFL)] of what the scene calls for."""
+        """[(effect, force per stretched length [N/m] as UFL)] of the effects of the scene."""
         r, _, _, r_t, r_tt = self.kinematics()
         return self._forces_of_water(self.cable, r, form.Point(form.tangent(r), r_t, r_tt))
 
     def wet_part(self) -> Expr | None:
-        """Part of the line that is under water; None where the forces of the water know no surface."""
+        """Submerged fraction of the line; None if the lines stay submerged."""
         if not self._surfaces:
             return None
         r, (points, _) = self.kinematics()[0], compat.interval_quadrature(self._degree)
@@ -248,7 +248,7 @@ class Lines(Layout, Masses):
         return [self.sea.kinematics.add(points)]
 
     def residual(self, test: Expr) -> ufl.Form:
-        """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""
+        """Eq. (11) tested with `test`, without forces at ends; in statics without inertia, added mass and waves."""
         tests, cable = ufl.split(test), self.cable
         r, T, e, r_t, r_tt = self.kinematics()
         v, q = tests[:2]
@@ -282,8 +282,8 @@ class Lines(Layout, Masses):
         return F * self.dx
 
     def end_residuals(self, test: Expr) -> list[ufl.Form]:
-        """The last term of (11)_1 for the free ends that are pulled, and the ends with a direction, each a form of its
-        own."""
+        """The last term of (11)_1 for loaded free ends, and the terms of ends with a direction, each as a separate
+        form."""
         tests = ufl.split(test)
         found = [coupling.end_force(load, tests[0]) * self.end_measure(k, 1) for k, load in self.end_loads.items()]
         if self.moment_dofs is not None:
@@ -296,7 +296,7 @@ class Lines(Layout, Masses):
     # -- time -------------------------------------------------------------------------------------------------------
 
     def evolutions(self) -> list[Evolution]:
-        """r is of second order; T is no state."""
+        """Evolution of r, of second order in time; T is not a state."""
         L, g = self.longest, max(self.scene.gravity, 1.0)
         sizes = []
         for size in (L, np.sqrt(g * L)):
@@ -305,7 +305,7 @@ class Lines(Layout, Masses):
         return [Evolution(self.part, self.rates, False, sizes)]
 
     def clock(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
-        """Functions that bring the sea, and in u the ends that are held, to time[0]."""
+        """Functions that update the sea, and in u the prescribed ends, to time[0]."""
         tops = [(dofs, self.pieces[k].ends[i].top, (k, i)) for k, i, dofs in self.held_ends() if len(dofs)]
         own = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position, end) for dofs, top, end in tops]
         ends = [(dofs, self.driven.get(end, motion)) for dofs, motion, end in own]
@@ -319,12 +319,12 @@ class Lines(Layout, Masses):
             self.winch.follow(system)
 
     def publish_lengths(self, time: float) -> None:
-        """Lengths of winches at a time, where forms that no System evaluates find them."""
+        """Update the lengths of winches to a time, for forms that no System evaluates."""
         if self.winch is not None:
             self.winch.publish(time)
 
     def _turning(self, now):
-        """Functions that turn the ends whose direction changes."""
+        """Functions that update the directions of ends with prescribed rotation."""
         damping = [c.bending_damping if self.dynamic else 0.0 for c in self.sections]
         ends = [
             (t_b, direction_of(self.pieces[k].ends[i].clamp, damping[k])) for (k, i), (t_b, _) in self.clamps.items()
@@ -345,20 +345,20 @@ class Lines(Layout, Masses):
         return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
     def stop(self, time: np.ndarray) -> None:
-        """Ends that are moved stay where they are at a time from now on."""
+        """Stop moving ends at their positions at this time."""
         self.stopped = time
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 
     def weight_of(self, line: int) -> float:
-        """Weight in water per unstretched length of a piece, with what grows on it in the mean [N/m]."""
+        """Submerged weight per unstretched length of a piece, including its mean marine growth [N/m]."""
         if self.growth is not None:
             return self.growth.weight_per_length(line)
         return weight_per_length(self.scene, self.sections[line])
 
     @property
     def parted_at(self) -> np.ndarray:
-        """Times at which this rank's elements have parted [s]; nan for those that are whole."""
+        """Times at which this rank's elements parted [s]; nan for intact ones."""
         return np.full(len(self.line_of_cell), np.nan) if self.parting is None else self.parting.of_elements
 
     def grounded(self, u: np.ndarray, line: int = 0) -> GroundedLength:
@@ -376,13 +376,13 @@ class Lines(Layout, Masses):
             means = first + self.mean_dofs
             blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
         if self.moment_dofs is not None:
-            # Rows are angles times EI.  At rest 0.01 and 1 lead some lines astray; in motion their rounding counts, and
-            # with 1 they rule what a kept matrix leaves, so that the line search shortens its steps.
+            # Rows are angles times EI.  In statics 0.01 and 1 make some lines diverge; in dynamics rounding counts, and
+            # with 1 these rows dominate the residual left by a kept matrix, so that the line search shortens steps.
             EI, share = float(self.typical_EI.value), 30.0 if self.dynamic else 0.1
-            # Rounding of EI r'' was measured as 4 EI L over the squared distance of nodes.
+            # Measured rounding error of EI r'': 4 EI L over the square of the node spacing.
             dofs, between = first + self.moment_dofs.ravel(), h / max(c.position_degree for c in self.sections)
             noise = 10 * EI * L / between**2 if self.dynamic else 0.0
-            # At rest that behind a clamp, of a line which a typical tension straightens.
+            # In statics, the moment at a clamp of a line straightened by a typical tension.
             clamped = not self.dynamic and any(end.clamp for piece in self.pieces for end in piece.ends)
             size = max(EI / L, math.sqrt(EI * force) if clamped else 0.0)
             blocks.append(Block("cable moment", dofs, size, EI * share, of_shape=noise, unit="N m"))

@@ -1,4 +1,4 @@
-"""Common base of lines and bodies at joints: masses in water and on a sea bed, whose positions are of second order."""
+"""Common base of lines and bodies at joints: masses in water and on a sea bed, of second order in time."""
 
 from typing import Any
 
@@ -16,9 +16,9 @@ from .sea import SeaState
 
 
 class Masses(Model):
-    """Lines, or bodies at joints, on a `mesh` of their own with unknowns in a `space`.
+    """Lines, or bodies at joints, on their own `mesh` with unknowns in a `space`.
 
-    where: the term of an Effect that acts here.
+    where: name of the term of an Effect that applies to them.
     """
 
     where: str
@@ -31,11 +31,11 @@ class Masses(Model):
         self.memory, self._sampled = {}, []
 
     def _count(self, sections, which) -> None:
-        """Make constants; sections: of a scene, as a function of it; which: of each owned cell."""
+        """Create the constants; sections: scene -> its sections; which: section number of each owned cell."""
         self.constants = Numbers(self.mesh, self.scene, sections, which)
 
     def _move(self) -> None:
-        """Constants and Functions of the rates."""
+        """Create the constants and Functions of the rates."""
         self.gamma_v, self.gamma_a = (compat.constant(self.mesh, 0.0) for _ in range(2))
         self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
 
@@ -45,7 +45,7 @@ class Masses(Model):
         return [(self.gamma_v, self.history_v), (self.gamma_a, self.history_a)]
 
     def _called(self, where: str) -> list[tuple[effects.Effect, Any]]:
-        """[(effect, coefficient)] of the effects with such a term that any of them calls for."""
+        """[(effect, coefficient)] of the effects with such a term in any of the sections."""
         return [(e, self.constants.of(e)) for e in effects.called_by(self.scene, where, self.constants.sections)]
 
     def change(self, scene: Scene) -> None:
@@ -58,7 +58,7 @@ class Masses(Model):
         return self.sea.flow(r, *self._sampled)
 
     def _forces_of_water(self, matter, r, point) -> list[tuple[effects.Effect, Any]]:
-        """[(effect, force as UFL)] of what the scene calls for; matter: their numbers, for the terms."""
+        """[(effect, force as UFL)] of the effects of the scene; matter: material of the line or body, for the terms."""
         flow, rho_w, wet = self.water_at(r), self.sea.density, self.wet_part()
         found = [(e, getattr(e, self.where)(c, matter, rho_w, flow, point)) for e, c in self._loads]
         return [(effect, force if wet is None else wet * force) for effect, force in found if force is not None]

@@ -1,8 +1,8 @@
-"""Memory of radiated waves in a few states: F(t) = -int K(t - s) v(s) ds with K(t) = sum_k out_k into_k exp(rate_k t).
+"""State-space model of radiation memory: F(t) = -int K(t - s) v(s) ds with K(t) = sum_k out_k into_k exp(rate_k t).
 
-K(t) = 2/pi int B(w) cos(w t) dw, of which the eigensystem realisation algorithm (Juang and Pappa 1985) takes the
-states: a singular value decomposition of its Hankel matrix.  Their rates, and what goes out of them, are then fitted to
-K(iw), with K(0) = 0: no force at constant speed.
+K(t) = 2/pi int B(w) cos(w t) dw.  The eigensystem realisation algorithm (Juang and Pappa 1985) obtains the states from
+a singular value decomposition of its Hankel matrix.  Their rates and outputs are then fitted to K(iw) with K(0) = 0: no
+force at constant speed.
 """
 
 from dataclasses import dataclass
@@ -12,30 +12,30 @@ import numpy as np
 
 from . import Array
 
-#: Error of K(iw), relative to the largest K, with which an order is enough, and the highest that is tried.
+#: Acceptable error of K(iw), relative to the largest K, and the highest order tried.
 ENOUGH, HIGHEST = 0.01, 14
-#: Part of the largest damping that the fit may give back at a frequency, and with an order that is given.
+#: Tolerated negative damping of the fit relative to the largest damping, by default and for a prescribed order.
 GIVEN_BACK, AT_MOST = 1e-3, 0.01
-#: Multiple of `ENOUGH` from which on the rates of an order are not worth polishing.
+#: Multiple of `ENOUGH` above which the rates of an order are not polished.
 PROMISING = 6.0
-#: Instants of K: as many at most, so many in the shortest of the periods, for so many periods of the largest damping.
+#: Sampling of K: largest number of instants, instants per shortest period, and length in periods of largest damping.
 MOST, PER_PERIOD, PERIODS = 201, 3.0, 12.0
-#: Damping of a motion that counts like the largest of the others: what radiates next to nothing has rounding's.
+#: Least relative damping used to scale a motion: a motion that hardly radiates has only rounding errors.
 LEAST = 1e-2
-#: Rounds in which a damping below zero is put right, and the weight of an equation that does it.
+#: Rounds of correction of negative damping, and the weight of an equation that corrects it.
 ROUNDS, FIRM = 12, 100.0
-#: Evaluations at most by which rates are polished.
+#: Largest number of evaluations for polishing the rates.
 POLISHING = 15
-#: Multiple of the highest frequency up to which the tail of B goes on.
+#: Multiple of the highest frequency up to which the tail of B is continued.
 TAIL = 4.0
 
 
 @dataclass(frozen=True)
 class States:
-    """Modes: rate (n,) [1/s], into (n, m), out (m, n), complex, of each pair the one above the real axis, doubled.
+    """Modes: rate (n,) [1/s], into (n, m), out (m, n), complex; of each conjugate pair only the upper one, doubled.
 
-    order: real states.  error: largest of K(iw) over the frequencies, relative to the largest K.  given_back: most
-    negative damping over the largest.  inconsistent: distance of K(iw) from B + i w (A - A_inf) of the file, likewise.
+    order: number of real states.  error: largest error of K(iw) relative to the largest K.  given_back: most negative
+    damping over the largest.  inconsistent: relative distance of K(iw) from B + i w (A - A_inf) of the file.
     """
 
     rate: Array
@@ -64,10 +64,10 @@ def _responses(rate: Array, into: Array, omega: Array | complex) -> Array:
 
 
 class Kernel:
-    """Memory that a damping over frequency means.
+    """Memory kernel corresponding to a damping over frequency.
 
-    omega: rising (n,).  B: damping, A: added mass above that at infinite frequency, (n, m, m).  All scaled so that the
-    largest damping of each motion is 1 (`scale`, (m,): their square roots).
+    omega: increasing (n,).  B: damping, A: added mass less that at infinite frequency, (n, m, m).  All are scaled so
+    that the largest damping of each motion is 1 (`scale`, (m,): their square roots).
     """
 
     def __init__(self, omega: Array, B: Array, A: Array) -> None:
@@ -87,7 +87,7 @@ class Kernel:
         self._spline = CubicSpline(np.append(0.0, omega), np.concatenate([zero[None], self.B]), bc_type=ends)
 
     def damping(self, omega: Array) -> Array:
-        """B at frequencies from 0 on, (..., m, m)."""
+        """B at frequencies >= 0, (..., m, m)."""
         top = self.omega[-1]
         inside, beyond = np.minimum(omega, top), (top / np.maximum(omega, top)) ** self.fall
         return np.asarray(self._spline(inside) * beyond[..., None, None])
@@ -104,7 +104,7 @@ class Kernel:
         return found
 
     def transformed(self, omega: Array) -> Array:
-        """K(iw) = int K exp(-i w t) dt at frequencies, with B itself as its real part."""
+        """K(iw) = int K exp(-i w t) dt at frequencies, with real part B."""
         step = 0.1 * np.pi / max(self.omega[-1], omega[-1])
         t = np.arange(0.0, PERIODS * 2 * np.pi / self.peak, step)
         K = self.over_time(t)
@@ -114,16 +114,16 @@ class Kernel:
 
 
 def _positive(B: Array) -> Array:
-    """The nearest symmetric matrices that take energy from every motion."""
+    """The nearest positive semidefinite symmetric matrices."""
     values, vectors = np.linalg.eigh(B)
     return np.asarray(vectors * np.maximum(values, 0.0)[:, None, :] @ vectors.swapaxes(1, 2))
 
 
 def fitted(omega: Array, B: Array, A: Array, order: int | None = None) -> States:
-    """States for a damping B and an added mass A above that at infinite frequency, (n, m, m) over omega (n,).
+    """States for a damping B and an added mass A less that at infinite frequency, (n, m, m) over omega (n,).
 
-    order: of real states; None: the lowest whose error is `ENOUGH` and that takes energy from every motion, or the best
-    of all.  Raises ValueError where no states are stable.
+    order: number of real states; None: the lowest with an error of at most `ENOUGH` that is passive, or else the best
+    of all.  Raises ValueError if no states are stable.
     """
     kernel = Kernel(omega, B, A)
     sampled, target = _sampled(kernel), kernel.transformed(omega)
@@ -139,14 +139,14 @@ def fitted(omega: Array, B: Array, A: Array, order: int | None = None) -> States
 
 
 def _sampled(kernel: Kernel) -> tuple[Array, float]:
-    """K at equal steps, and the step [s]."""
+    """K at equal time steps, and the step [s]."""
     step = 2 * np.pi / kernel.omega[-1] / PER_PERIOD
     count = min(int(PERIODS * 2 * np.pi / kernel.peak / step) | 1, MOST)
     return kernel.over_time(step * np.arange(count)), step
 
 
 def _fit(kernel: Kernel, sampled: tuple[Array, float], target: Array, order: int, passive: bool) -> list[States]:
-    """States of an order, first as they are realised, then with polished rates if that is promising; none: unstable."""
+    """States of an order, as realised, and with polished rates if promising; empty if unstable."""
     rate, into = _realised(*sampled, order)
     if np.any(rate.real >= 0):
         return []
@@ -174,7 +174,7 @@ def _judged(kernel: Kernel, target: Array, order: int, rate: Array, into: Array,
 
 
 def _polished(kernel: Kernel, target: Array, rate: Array, into: Array) -> Array:
-    """Rates with which the outputs that suit them best leave the least of K(iw) (variable projection)."""
+    """Rates that minimise the error of K(iw) with optimal outputs (variable projection)."""
     from scipy.optimize import least_squares
 
     turns = rate.imag > 0
@@ -194,7 +194,7 @@ def _polished(kernel: Kernel, target: Array, rate: Array, into: Array) -> Array:
 
 
 def _realised(K: Array, step: float, order: int) -> tuple[Array, Array]:
-    """Rates and what goes into the modes, from the Hankel matrix of K at equal steps."""
+    """Rates and inputs of the modes, from the Hankel matrix of K at equal time steps."""
     half, m = (len(K) - 1) // 2, K.shape[1]
     places = np.arange(half)[:, None] + np.arange(half)
     now, then = (K[places + k].transpose(0, 2, 1, 3).reshape(half * m, half * m) for k in (0, 1))
@@ -206,15 +206,15 @@ def _realised(K: Array, step: float, order: int) -> tuple[Array, Array]:
 
 
 def _basis(rate: Array, into: Array, omega: Array) -> Array:
-    """K(iw) (frequencies, unknowns, m) of a row of outputs, by their real and of those that turn imaginary parts."""
+    """K(iw) (frequencies, unknowns, m) for unit real and, for complex modes, imaginary parts of a row of outputs."""
     up, down = _responses(rate, into, omega), _responses(rate.conj(), into.conj(), omega)
     return np.concatenate([(up + down) / 2, (1j * (up - down) / 2)[:, rate.imag != 0]], axis=1)
 
 
 def _outputs(omega: Array, target: Array, rate: Array, into: Array, passive: bool = False) -> Array:
-    """Outputs of the modes by least squares of K(iw) with K(0) = 0; of real modes they are real.
+    """Outputs of the modes by least squares of K(iw) with K(0) = 0; real for real modes.
 
-    passive: with no damping below zero.
+    passive: require non-negative damping.
     """
     m, basis = into.shape[1], _basis(rate, into, np.append(0.0, omega))
     rows = basis.transpose(0, 2, 1).reshape(-1, basis.shape[1])
@@ -232,8 +232,8 @@ def _outputs(omega: Array, target: Array, rate: Array, into: Array, passive: boo
 
 
 def _passive(x: Array, rows: Array, sides: Array, shown: Array) -> Array:
-    """Unknowns x (m, q) of the least squares of rows x = sides, with further equations v . K v = 0 where the damping of
-    K = x . shown (frequencies, q, m) has a minimum below zero, in the direction v."""
+    """Least-squares solution x (m, q) of rows x = sides, with further equations v . K v = 0 where the damping of
+    K = x . shown (frequencies, q, m) has a negative minimum, in the direction v."""
     m = len(x)
     whole, right = np.kron(np.eye(m), rows), sides.T.ravel()
     for _ in range(ROUNDS):

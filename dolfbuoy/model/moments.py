@@ -1,4 +1,4 @@
-"""Bending moments in the nodes of lines."""
+"""Bending moments at the nodes of lines."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class Moments:
-    """Bending moments in this rank's nodes of the lines of a Problem that bend.
+    """Bending moments at this rank's nodes of the lines of a Problem with bending stiffness.
 
-    bent: mask of those among all nodes.  sizes: |t x m| in them [N m], as of the last call of the `works`.  m is of
-    order mu + 1 in the vertices between cells, as it is continuous where its part along a turned t should not be, and
-    t x m of order 2 mu with the direction that the equation of m on one of their cells has there; up to degree 2 |m| is
-    as good.
+    bent: mask of these among all nodes.  sizes: |t x m| at them [N m], as of the last call of the `works`.  At the
+    vertices between cells m converges with order mu + 1 only, because it is continuous where its part along a rotated t
+    should not be, and t x m with order 2 mu, with the direction given there by the equation for m on one of their
+    cells; up to degree 2, |m| is as good.
     """
 
     def __init__(self, problem: "Problem") -> None:
@@ -37,16 +37,16 @@ class Moments:
 
 
 def _is_plain(lines: "Lines") -> bool:
-    """True if the equation of m has nothing but m and t."""
+    """True if the equation for m contains only m and t."""
     return lines.bending_damping is None and lines.winch is None
 
 
 def _in_vertices(lines: "Lines", u: np.ndarray, number: np.ndarray, sizes: np.ndarray) -> Work:
-    """Correction of the sizes in the vertices between cells; number: of each node among the sizes."""
+    """Correction of the sizes at the vertices between cells; number: index of each node in the sizes."""
     degree = lines.dx.metadata()["quadrature_degree"]
     points, (_, weights) = Points(lines, lines.positions, degree), compat.interval_quadrature(degree)
     ends = np.concatenate([n[[0, -1]] for n in lines.nodes])
-    vertices = points.nodes[:, 1::-1].T.ravel()  # both ends of a cell, of which another has one too
+    vertices = points.nodes[:, 1::-1].T.ravel()  # both ends of a cell, one shared with another
     inner = (vertices < lines.owned_nodes) & (np.abs(lines.node_s[vertices][:, None] - ends) > lines.slip).all(axis=1)
     found, first = np.unique(vertices[inner], return_index=True)
     end, cell = np.divmod(np.flatnonzero(inner)[first], len(points.nodes))

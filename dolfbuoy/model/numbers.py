@@ -1,4 +1,4 @@
-"""Numbers of a scene as constants of forms, which can be changed without compiling anything again."""
+"""Numbers of a scene as constants of forms, which can be changed without recompilation."""
 
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
@@ -13,10 +13,10 @@ from . import Array
 
 
 class Numbers:
-    """Constants on one mesh, each with the function of the scene that it comes from.
+    """Constants on one mesh, each with the function that computes it from the scene.
 
-    sections: of the scene, that these numbers belong to, as a function of the scene.  which: of each owned cell the
-    number of its section, where there are several.
+    sections: scene -> sections that these numbers belong to.  which: section number of each owned cell, if there are
+    several sections.
     """
 
     def __init__(
@@ -32,13 +32,13 @@ class Numbers:
         self._per_cell: list[tuple[Any, Callable[..., Any]]] = []
 
     def constant(self, get: Callable[..., Any]) -> fem.Constant:
-        """fem.Constant with the value get(scene, section), of the first section."""
+        """fem.Constant with the value get(scene, section) for the first section."""
         made = compat.constant(self.mesh, get(self.scene, self.sections[0]))
         self._given.append((made, get))
         return made
 
     def per_cell(self, get: Callable[..., Any]) -> "fem.Constant | fem.Function":
-        """UFL number of get(section): a Constant where all sections have the same, else a number on each cell."""
+        """Value of get(section) as UFL: a Constant if the same for all sections, else a value per cell."""
         if len({get(section) for section in self.sections}) == 1:
             return self.constant(lambda _, section: get(section))
         made = fem.Function(compat.function_space(self.mesh, compat.element(self.mesh, "DG", 0)))
@@ -65,7 +65,7 @@ class Numbers:
         made.x.scatter_forward()
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
+        """Take the values of another scene of the same structure."""
         self.scene, self.sections = scene, self._sections(scene)
         for made, get in self._given:
             made.value = get(scene, self.sections[0])

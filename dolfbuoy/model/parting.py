@@ -1,7 +1,7 @@
-"""Lines that part: an element that carries no tension any more.
+"""Line failure: an element that no longer carries tension.
 
-In the parted element the strain equation is replaced by T = 0.  Its mass, weight and drag stay, each node's share where
-the node goes; nothing else of the problem changes, no unknown and no tie.
+In the parted element the strain equation is replaced by T = 0.  Its mass, weight and drag remain, each node's share
+moving with the node; nothing else changes in the problem, neither unknowns nor ties.
 """
 
 from typing import TYPE_CHECKING
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class Parting:
-    """Which elements of `Lines` have parted, and when others do.
+    """Parted elements of `Lines`, and the criteria for others to part.
 
-    memory: 0 for each element that is whole, 1 for one that is parted, and since when [s]: what accepted steps
-    leave.
+    memory: 0 for each intact element, 1 for a parted one, and the time of parting [s], as of the last accepted
+    step.
     """
 
     def __init__(self, lines: "Lines"):
@@ -34,16 +34,16 @@ class Parting:
 
     @property
     def of_elements(self) -> np.ndarray:
-        """Times at which this rank's elements have parted [s], in their order; nan for those that are whole."""
+        """Times at which this rank's elements parted [s], in their order; nan for intact ones."""
         return np.where(self.parted.x.array > 0, self.memory["parted_at"], np.nan)[self._dofs]
 
     def strain_equation(self, equation: Expr, T: Expr, q: Expr) -> Expr:
-        """The strain equation of whole elements, T = 0 of parted ones, over a tension that makes it a strain."""
+        """The strain equation for intact elements, and T = 0, scaled to a strain, for parted ones."""
         return (1 - self.parted) * equation + self.parted * (T / self._weight) * q
 
     def accept(self, u: np.ndarray, t: float) -> bool:
-        """Part what has reached its time or its tension in an accepted step; True if anything has parted."""
-        rules = {}  # by cable: what a cable gives all its segments parts it once
+        """Part the lines that reached their time or tension in an accepted step; True if any has parted."""
+        rules = {}  # by cable: a rule common to all its segments applies once
         for k, piece in enumerate(self.lines.pieces):
             if piece.section.fails_at is not None:
                 rules.setdefault((piece.cable, piece.section.fails_at), []).append(k)
@@ -54,7 +54,7 @@ class Parting:
         return True
 
     def _part(self, pieces, rule, u, t):
-        """Pieces that follow one another part once, at one place."""
+        """Part one element of consecutive pieces, once only."""
         mine = np.isin(self.lines.line_of_cell, pieces)
         parted = self.parted.x.array[self._dofs[mine]].max(initial=0.0)
         if allreduce(self.lines.comm, float(parted), MPI.MAX):
@@ -66,7 +66,7 @@ class Parting:
         return allreduce(self.lines.comm, bool(weakest.any()), MPI.LOR)
 
     def _at(self, pieces, at):
-        """Mask of the element at a length over pieces, at the upper end without it."""
+        """Mask of the element at an arc length along the pieces; None: at the upper end."""
         ends = np.cumsum([self.lines.sections[k].length for k in pieces])
         s, slip = ends[-1] if at is None else min(at, ends[-1]), 1e-9 * ends[-1]
         number = int(np.searchsorted(ends, s - slip))

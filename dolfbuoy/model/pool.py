@@ -1,4 +1,4 @@
-"""Problems that serve one scene after the other, where these differ in numbers only."""
+"""Reuse of problems for scenes that differ in numbers only."""
 
 from typing import Any
 
@@ -8,12 +8,12 @@ from .structure import structure_of
 
 
 class Pool:
-    """Makes problems as the class Problem does, and hands out again those of an earlier scene of the same structure.
+    """Factory of problems that reuses those of earlier scenes of the same structure.
 
-    Only for one scene at a time.  What comes out is bit for bit what a problem of its own would give.
+    For one scene at a time.  Results are bit for bit those of a new problem.
     """
 
-    #: Structures that are kept, dynamic and static ones together.
+    #: Number of structures kept, dynamic and static ones together.
     most = 8
 
     def __init__(self) -> None:
@@ -33,13 +33,13 @@ class Pool:
         return found
 
     def clear(self) -> None:
-        """Destroy them all, because of an error that may have left one of them in any state, or at the end."""
+        """Destroy all problems, at the end or after an error that may have left one in an undefined state."""
         while self._kept:
             Problem.destroy(self._kept.popitem()[1])
 
 
 class _Kept(Problem):
-    """Stays when its user is done with it; another scene finds it as if it were new."""
+    """Problem that is kept after use; `change` restores it to the state of a new one."""
 
     def __init__(self, scene: Scene, dynamic: bool, comm: Any):
         super().__init__(scene, dynamic, comm)
@@ -55,4 +55,4 @@ class _Kept(Problem):
                 values[:] = 0.0
 
     def destroy(self) -> None:
-        """It is the pool that destroys it."""
+        """Do nothing; the pool destroys the problem."""

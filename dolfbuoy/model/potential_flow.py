@@ -1,7 +1,7 @@
-"""Coefficients of potential flow of a buoy about C, and the memory that they mean, in numbers.
+"""Coefficients of potential flow of a buoy about C, and the corresponding memory, as numbers.
 
-The coefficients are referred to C once, where the hull floats upright; from then on they are those of five velocities,
-(x, y, z) of C and (x, y) of the tip of its unit axis.  Heave has a memory of its own, the two vertical planes the same.
+The coefficients are transformed to C once, for the hull floating upright; they then refer to five velocities, (x, y, z)
+of C and (x, y) of the tip of its unit axis.  Heave has its own memory; the two vertical planes have the same one.
 """
 
 import itertools
@@ -19,12 +19,12 @@ from .airy import dispersion_wavenumber, remembered
 from .memory_fit import States, fitted
 from .rigid import float_upright, mass_properties, shape_of
 
-#: Places of heave, and of surge and the axis' lean in each vertical plane, among the five velocities.
+#: Indices of heave, and of surge and the lean of the axis in each vertical plane, among the five velocities.
 HEAVE, PLANES = (2,), ((0, 3), (1, 4))
 
 
 class Coefficients(NamedTuple):
-    """Coefficients about C over omega (n,) [rad/s]: of (surge, lean of the axis, heave), that is 3 numbers or 3 x 3.
+    """Coefficients about C over omega (n,) [rad/s] for (surge, lean of the axis, heave): 3 numbers or 3 x 3 each.
 
     force: diffraction per metre of a wave along x, (n, 3) complex; undisturbed: the Froude-Krylov part of the file.
     """
@@ -43,13 +43,13 @@ def coefficients_of(scene: Scene, buoy: Buoy) -> Coefficients:
 
 
 def of_body(buoy: Buoy) -> tuple[Any, ...]:
-    """Parts of a section that decide coefficients and memory: the same objects in its copies that start elsewhere."""
+    """Parts of a section that determine coefficients and memory; copies with another start share these objects."""
     mass = buoy.mass, buoy.point_masses, buoy.center_of_mass, buoy.inertia
     return buoy.potential_flow, buoy.memory_order, buoy.hull, *mass
 
 
 def draft_of(scene: Scene, buoy: Buoy) -> float:
-    """Draft to which the coefficients belong [m]: the file's, or that of the buoy without lines."""
+    """Draft for which the coefficients hold [m]: the file's, or that of the buoy without lines."""
     given = buoy.potential_flow.draft
     if given is not None:
         return float(given)
@@ -84,11 +84,11 @@ def _coefficients(scene: Scene, buoy: Buoy) -> Coefficients:
 def froude_krylov(scene: Scene, buoy: Buoy, draft: float, k: Array, narrow: bool = False) -> Array:
     """Force of the undisturbed wave on the upright hull per metre, (n, 3) complex: surge, lean, heave, about C.
 
-    k: wavenumbers (n,).  narrow: of strips without `disk_averages`, whose disks have the water of their axis and its
-    gradient; right for small k R.
+    k: wavenumbers (n,).  narrow: for strips without `disk_averages`, which use the water on the axis and its gradient,
+    valid for small k R.
 
-    Disks of the hull see a wave along x as J_n(k R): Gauss' theorem, -grad p integrated over them with its moment, and
-    the pressure on the water plane.
+    By Gauss' theorem -grad p and its moment are integrated over the disks, which gives J_n(k R) for a wave along x, and
+    the pressure over the water plane.
     """
     shape, h = shape_of(buoy), scene.sea.depth
     zeta, R, length = points_on_axis(shape, draft)
@@ -104,12 +104,12 @@ def froude_krylov(scene: Scene, buoy: Buoy, draft: float, k: Array, narrow: bool
 
 
 def wavenumbers(scene: Scene, omega: Array) -> Array:
-    """k [1/m] at angular frequencies in the scene's depth."""
+    """k [1/m] for angular frequencies, in the scene's water depth."""
     return np.array([dispersion_wavenumber(2 * np.pi / w, scene.sea.depth, scene.gravity) for w in omega])
 
 
 def disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
-    """Integrals of exp(i k x), and of x exp(i k x) over i, over disks (wavenumbers, radii)."""
+    """Integrals of exp(i k x) and of x exp(i k x)/i over disks, (wavenumbers, radii)."""
     from scipy.special import j1, jn
 
     kR = np.maximum(np.outer(k, R), 1e-9)
@@ -119,7 +119,7 @@ def disks(k: Array, R: Array, narrow: bool) -> tuple[Array, Array]:
 
 
 def points_on_axis(shape: Any, draft: float) -> tuple[Array, Array, Array]:
-    """Heights, radii and weights [m] of Gauss' points on the wet axis, in pieces that are short for the waves."""
+    """Heights, radii and weights [m] of Gauss points on the wet axis, in pieces short enough for the waves."""
     x, weights = np.polynomial.legendre.leggauss(6)
     found = []
     for a, b, ra, rb in shape.segments:
@@ -133,7 +133,7 @@ def points_on_axis(shape: Any, draft: float) -> tuple[Array, Array, Array]:
 
 
 def on_five(three: Array) -> Array:
-    """(..., 5, 5) of (..., 3, 3): the same in both vertical planes."""
+    """Matrices (..., 5, 5) from (..., 3, 3), the same in both vertical planes."""
     found = np.zeros((*three.shape[:-2], 5, 5), dtype=three.dtype)
     for places in PLANES:
         found[..., np.array(places)[:, None], places] = three[..., :2, :2]
@@ -159,7 +159,7 @@ def _states(scene, buoy):
 
 
 def radiation_memory(scene: Scene) -> str:
-    """States of the radiation memory of each buoy that has one, and the error of their kernel, in words."""
+    """Text with the states of the radiation memory of each buoy that has one, and the error of their kernel."""
     said = []
     for name, buoy in scene.network.buoys.items() if scene.sea else ():
         if buoy.potential_flow:
@@ -182,7 +182,7 @@ def plane_and_heave(scene: Scene, buoy: Buoy) -> Callable[[complex], Array]:
 
 
 def modes_of_five(heave: States, plane: States, size: float) -> tuple[Array, Array, Array]:
-    """rate (n,), into (n, 5), out (n, 5) of the five velocities, from heave's and those of (surge, size x lean)."""
+    """rate (n,), into (n, 5), out (n, 5) for the five velocities, from those of heave and (surge, size x lean)."""
     rates, intos, outs = [heave.rate], [np.zeros((len(heave.rate), 5), complex)], []
     intos[0][:, HEAVE] = heave.into
     outs.append(np.zeros_like(intos[0]))
@@ -196,10 +196,10 @@ def modes_of_five(heave: States, plane: States, size: float) -> tuple[Array, Arr
 
 
 def diffraction_at(scene: Scene, buoy: Buoy, omega: Array, k: Array) -> Array:
-    """Force (n, 3) per metre of waves along x besides what strips have, (surge, lean, heave).
+    """Force (n, 3) per metre of waves along x in addition to the strips', (surge, lean, heave).
 
-    Diffraction, above the frequencies of the file as at its highest, and what strips without `disk_averages` lack of
-    the force of the undisturbed wave.  omega: in the water, k: wavenumbers (n,).
+    Diffraction, constant above the highest frequency of the file, and the part of the force of the undisturbed wave
+    that strips without `disk_averages` lack.  omega: intrinsic frequencies, k: wavenumbers (n,).
     """
     from scipy.interpolate import CubicSpline
 

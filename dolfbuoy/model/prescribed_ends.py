@@ -21,7 +21,7 @@ def motion_of(top: Top) -> Callable[[float], list[float]]:
     """r_bnd(t) [m] of a scene's section cable.top, fixed or prescribed."""
     position = list(map(float, top.position))
     if isinstance(top, Riding):
-        from .riding import rider_of  # waves and vessels: only where there are any
+        from .riding import rider_of  # imported only if there are vessels
 
         rider, fairlead = rider_of(top), top.own
         return lambda t: rider.place(fairlead, t)
@@ -47,19 +47,19 @@ class Swing:
     ramp: float
 
     def __call__(self, t):
-        """The place at a time."""
+        """Position at a time."""
         angle, size = 2 * math.pi * t / self.period, ramp(t, self.ramp)
         axes = zip(self.position, self.phase, self.amplitude, strict=True)
         return [place + size * math.sin(angle + phase) * amplitude for place, phase, amplitude in axes]
 
 
-#: Half of the time over which a direction that turns is differentiated [s].
+#: Half the time interval for numerical differentiation of a direction [s].
 INSTANT = 1e-4
 
 
 def direction_of(clamp: EndDirection, beta: float = 0.0) -> Callable[[float], Array] | None:
-    """Unit direction of an end that is turned, and beta [s] times its rate, as a function of time; None where it
-    stays."""
+    """Unit direction of an end plus beta [s] times its rate, as a function of time; None if the direction is
+    constant."""
     path: Callable[[float], Any]
     if isinstance(clamp, RidingDirection):
         from .riding import rider_of
@@ -83,29 +83,29 @@ def direction_of(clamp: EndDirection, beta: float = 0.0) -> Callable[[float], Ar
 
 
 def adrift_nowhere(scene: Scene) -> Scene:
-    """The scene without what would carry a buoy away that no line holds: current, wind and external force."""
+    """The scene without the loads that would set an unmoored buoy adrift: current, wind and external force."""
     absent = dict.fromkeys(("wind", "external_force"))
     buoys = [buoy.model_copy(update=absent) for buoy in scene.buoys]
     return scene.model_copy(update=absent | {"current": None, "buoy": buoys})
 
 
 def from_rest(scene: Scene) -> Scene:
-    """The scene without a start of its own, of the whole or of a buoy: it begins in its equilibrium."""
+    """The scene without any given initial state, global or of a buoy: it starts from equilibrium."""
     if any(buoy.initial for buoy in scene.buoys):
         scene = scene.model_copy(update={"buoy": [b.model_copy(update={"initial": None}) for b in scene.buoys]})
     return scene.model_copy(update={"initial": Initial()})
 
 
 def _towed(t, duration):
-    """Way over speed of a tow whose speed grows as `ramp` does [s]: its integral."""
+    """Distance over final speed of a tow whose speed follows `ramp` [s]: the integral of the ramp."""
     if t >= duration:
         return t - duration / 2
     return t / 2 - duration / (2 * math.pi) * math.sin(math.pi * t / duration)
 
 
 def overshoot(rows: Sequence) -> float:
-    """By how much the spline through rows [t, x, y, z] leaves the range of their displacements, at most, as a part of
-    the largest range of x, y and z."""
+    """Largest overshoot of the spline through rows [t, x, y, z] beyond the range of the data, as a fraction of the
+    largest range of x, y and z."""
     rows = np.asarray(rows)
     way, path = rows[:, 1:], spline(rows)
     turns = path.derivative().roots(extrapolate=False)
@@ -119,8 +119,8 @@ def overshoot(rows: Sequence) -> float:
 
 
 def held(ends: list[tuple[Array, Any]], time: Array, u: Array) -> list[Callable]:
-    """Functions that put the positions at time[0] of all ends that are held into the local unknowns u, both of which
-    stay in place.
+    """Functions that write the positions at time[0] of all prescribed ends to the local unknowns u; both arrays stay
+    at their memory addresses.
 
     ends: [(three dofs, motion), ...]; a motion is a function of time, or a position [m].
     """

@@ -34,14 +34,14 @@ from .take_off import OnBuoy, TakeOff
 from .wet_hull import SUBMERGED
 from .winch import Winch
 
-#: Problems whose memory may wait for each other: a look for what is garbage takes as long as a quarter of one of them.
+#: Number of problems between garbage collections, each of which takes a quarter of the time of a problem.
 COLLECTED = 16
 
 
-#: Where lines bend an iteration that brings the residual down by this and the next by nothing has come to rounding,
-#: which the angles of long lines have so much of that increments with a kept matrix would not get below the tolerance.
+#: With bending: if one iteration reduces the residual by this factor and the next not at all, rounding is reached; for
+#: long lines the rounding of angles is so large that increments with a kept matrix stay above the tolerance.
 FAST = 1e-4
-#: ... and a matrix is dearer: it is kept after a solve of fewer iterations than this.
+#: With bending a matrix is more expensive: it is kept after a solve of fewer iterations than this.
 MANY = 5
 
 
@@ -50,8 +50,8 @@ class Problem:
 
     Unknowns of a rank: [lines | bodies (3 each) | take-offs (3 or 6 at each end) | attachments (6 each) | state of each
     buoy (13, statics 7)], each only if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by
-    `change`.  driven: motions of buoys by name, which are no unknowns then: the residual of their rows is the force and
-    moment that moves them so.
+    `change`.  driven: prescribed motions of buoys by name, which are then not unknowns: the residual of their rows is
+    the force and moment that produces the motion.
     """
 
     lines: Any  #: Lines or LineGroups; None without cables
@@ -60,7 +60,7 @@ class Problem:
     buoys: dict[str, Any]  #: name -> Buoy of this rank
     attachments: list[Any]  #: one Attachment for each end of a line on a buoy
     route: str | None  #: how the equilibrium was found
-    iterations: int  #: of Newton, as the statics count them
+    iterations: int  #: number of Newton iterations, as counted in statics
     destroyed = 0  #: problems of this process
 
     def __init__(
@@ -72,7 +72,7 @@ class Problem:
     ):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.network = scene.network
-        self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
+        self.time, self._advance = np.zeros(1), None  #: time of all prescribed functions [s]
         self.route = None
         check_size(scene, comm)
         self.lines = lines_of(comm, scene, dynamic)
@@ -108,7 +108,7 @@ class Problem:
         self.system = System(parts, equations, blocks, numbering, tolerance, self.law, self._wet_forms, kind=kind)
         for model in self.models:
             model.follow_water(self.system)
-        keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
+        keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change as elements go slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
         if self.network.bends:
             self.newton.numbers.fast, self.newton.numbers.many = FAST, MANY
@@ -121,26 +121,26 @@ class Problem:
 
     @cached_property
     def wet_hulls(self) -> Loop:
-        """Submerged part of each buoy of this rank, and the water above it: numbers of all `Buoy.wet_hull_form`s."""
+        """Submerged part of each buoy of this rank, and the water above it, from all `Buoy.wet_hull_form`s."""
         numbers = [fem.Function(form.arguments()[0].ufl_function_space()) for form in self._wet_forms]
         parts = [Part("wet hull", function, k * SUBMERGED) for k, function in enumerate(numbers)]
         return self.system.functional(zip(self._wet_forms, parts, strict=True))
 
     @property
     def samples_once(self) -> bool:
-        """True if sums over waves are taken once for each time, where the forms are evaluated first."""
+        """True if waves are summed only once per time, at the first evaluation of the forms."""
         waves = self.scene.waves
         return bool(waves and waves.summed and waves.kinematics != "exact")
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _pushed_half_flat(self):
-        """Tension at which the softest element is half as long [N]."""
+        """Tension at which the softest element is compressed to half its length [N]."""
         found = [c for g in self.lines.groups for c, turns in zip(g.sections, g.turnable, strict=True) if turns]
         return -0.5 * min(float(c.axial_stiffness) for c in found)
 
     def _inside_out(self):
-        """Message if 1 + T/EA < 0 somewhere, a root that |r'| = |1 + e| has too; None if there is no such element."""
+        """Message if 1 + T/EA < 0 in some element, a spurious root of |r'| = |1 + e|; else None."""
         self._find_least()
         if allreduce(self.comm, self._least[0], MPI.MIN) >= self._bearable:
             return None
@@ -149,11 +149,11 @@ class Problem:
 
     @property
     def buoy(self) -> Buoy | None:
-        """The buoy of a scene that has one, on its rank; of several the first one of this rank."""
+        """The first buoy of this rank; None without any."""
         return next(iter(self.buoys.values()), None)
 
     def _ranks(self):
-        """The rank of each buoy: that of the first line's end there; of those with take-offs the first."""
+        """The rank of each buoy: the owner of the first line's end there; for buoys with take-offs the first rank."""
         first = {}
         for piece, end in attached_ends(self.network):
             first.setdefault(self.network.pieces[piece].ends[end].name, (piece, end))
@@ -170,7 +170,7 @@ class Problem:
         return [end for device in self.take_offs for end in device.on(buoy)]
 
     def _number(self):
-        """Give the unknowns their places; returns the parts of this rank."""
+        """Assign places to the unknowns; returns the parts of this rank."""
         parts, offset = [], 0
 
         def add(model, name, function):
@@ -194,7 +194,7 @@ class Problem:
         return parts
 
     def residuals(self) -> list[tuple[Part, ufl.Form]]:
-        """All equations of this rank, [(part that is tested, linear form), ...]."""
+        """All equations of this rank, [(part of the test function, linear form), ...]."""
         found = []
         for lines in self.lines.groups if self.lines else ():
             test, r = lines.part.test, lines.kinematics()[0]
@@ -215,7 +215,7 @@ class Problem:
         return found
 
     def _blocks(self):
-        """Blocks of this rank; those of bodies and buoys have the same names on every rank, for messages."""
+        """Blocks of this rank; for messages, those of bodies and buoys exist by name on every rank."""
         force, length = self.typical_force, self.lines.longest if self.lines else 0.0
         blocks = self.lines.blocks(length, force) if self.lines else []
         found = [(0, self.bodies and self.bodies.blocks(length, force))] if self.network.bodies else []
@@ -252,7 +252,7 @@ class Problem:
         return max(sizes)
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene, for which nothing has to be compiled or built anew.
+        """Take the numbers of another scene, without recompiling or rebuilding anything.
 
         Raises ValueError if the scenes differ in more than numbers (`structure.structure_of`).
         """
@@ -271,24 +271,24 @@ class Problem:
     # -- time --------------------------------------------------------------------------------------------------------
 
     def set_time(self, t: float) -> None:
-        """Bring everything that is given as a function of time to a time; constrained values go into `system.u`."""
+        """Set everything prescribed over time to a time; prescribed unknowns are written to `system.u`."""
         self.time[0] = t
         if self._advance is None:
             self._advance = together(*self.clock())
         self._advance()
 
     def clock(self) -> list[Callable]:
-        """The functions that do it for `time`, until a `change`."""
+        """Functions that do so for `time`, valid until a `change`."""
         return [function for model in self.models for function in model.clock(self.time, self.system.u)]
 
     def drive(self, piece: int, end: int, motion: Callable[[float], np.ndarray]) -> None:
-        """Move an end of a piece of line that is held (0 at s = 0, 1 at s = L): t -> its position [m]."""
+        """Prescribe the motion of a fixed end of a piece (0 at s = 0, 1 at s = L): t -> its position [m]."""
         lines, number = self.lines.holder(piece)
         lines.driven[number, end] = motion
         self._advance = None
 
     def wind(self, piece: int, length: Callable[[float], float]) -> None:
-        """Give a piece of line its unstretched length [m] as a function of time."""
+        """Prescribe the unstretched length [m] of a piece as a function of time."""
         lines, number = self.lines.holder(piece)
         if lines.winch is None:
             lines.winch = Winch(lines)
@@ -297,13 +297,13 @@ class Problem:
         self._advance = None
 
     def stop_ends(self) -> None:
-        """Ends that are moved stay where they are from now on."""
+        """Stop all moving ends at their present positions."""
         for model in (*([self.lines] if self.lines else []), *self.take_offs):
             model.stop(self.time.copy())
         self._advance = None
 
     def when_accepted(self) -> list[Callable]:
-        """Functions that are called when a step to `time` was taken; whether the equations are others now."""
+        """Functions called after an accepted step to `time`; they return whether the equations have changed."""
         return [function for model in self.models for function in model.when_accepted(self.time, self.system.u)]
 
     def evolutions(self) -> list[Evolution]:
@@ -311,7 +311,7 @@ class Problem:
         return [evolution for model in self.models for evolution in model.evolutions()]
 
     def places(self) -> np.ndarray:
-        """Places of the unknowns of this rank, by which a resumed state recognises its numbering."""
+        """Coordinates of the unknowns of this rank, which identify the numbering of a resumed state."""
         return np.concatenate([model.places() for model in self.models] or [np.zeros(0)])
 
     def force_dofs(self) -> np.ndarray:
@@ -324,16 +324,16 @@ class Problem:
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     def smallest_tension(self, of_rods: bool = True) -> float:
-        """Smallest element mean of T [N], over all ranks; of_rods: of those that need none too."""
+        """Smallest element mean of T [N], over all ranks; of_rods: include elements that are stable without tension."""
         means = self.lines.mean_tension(self.system.u)
         means = means if of_rods else means[~self.lines.keeps_shape]
         return allreduce(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_force(self, piece: int, end: int, fresh: bool = True) -> np.ndarray:
-        """The force that holds an end of a piece of line [N], on every rank: at a joint its part of the sum there.
+        """The force that holds an end of a piece of line [N], on every rank; at a joint its share of the sum there.
 
-        Where the end is held, or at a joint, the reaction with all that acts on the element there and moves it: the
-        residual of Eq. (11)_1 at that node.  With fresh = False the residual is the one that Newton evaluated last.
+        At a fixed end or a joint it is the reaction including all loads and inertia of the element there: the residual
+        of Eq. (11)_1 at that node.  With fresh = False the last residual evaluated by Newton is used.
         """
         holder = self.network.pieces[piece].ends[end]
         if holder.kind == "buoy":
@@ -377,9 +377,9 @@ class Problem:
         return allreduce(self.comm, float(mine), MPI.MAX)
 
     def destroy(self) -> None:
-        """Give PETSc's objects back, and now and then the memory of what refers to itself.
+        """Free PETSc objects, and occasionally collect reference cycles.
 
-        Python does not by itself: what is made in a `quick_start` never counts as new.
+        Python does not collect them by itself: objects created in a `quick_start` never count as new.
         """
         self.newton.destroy()
         Problem.destroyed += 1
@@ -388,10 +388,10 @@ class Problem:
 
 
 def _stretching_force(piece, weight):
-    """Tension of an elastic line whose ends are farther apart than its length, or just as far [N]."""
+    """Tension of an elastic line whose ends are at least its length apart [N]; else 0."""
     c, (low, high) = piece.section, piece.ends
     if low.top is None or high.top is None or high.top.position is None or np.isinf(c.axial_stiffness):
         return 0.0
     strain = float(np.linalg.norm(np.subtract(high.top.position, low.top.position))) / c.length - 1
-    level = (c.axial_stiffness * weight**2 / 24) ** (1 / 3)  # and just taut
+    level = (c.axial_stiffness * weight**2 / 24) ** (1 / 3)  # when just taut
     return max(c.axial_stiffness * strain, level if strain > -1e-6 else 0.0)

@@ -1,11 +1,11 @@
-"""Radiation and diffraction of a buoy in time, by the coefficients of `potential_flow` (`forms.radiation`).
+"""Radiation and diffraction of a buoy in the time domain, from coefficients of `potential_flow` (`forms.radiation`).
 
-A step eliminates the memory.  With the scheme's rate z_t = gamma z + h of z_t = rate z + into . v,
+The memory is eliminated in each step.  With the scheme's z_t = gamma z + h in z_t = rate z + into . v,
 
     z = (into . v - h)/(gamma - rate),    F = -Re(out z) = force - damping v
 
-which is affine in the unknowns: no unknown, no multiplier.  z has a past like all that evolves, so that retried and
-adaptive steps, checkpoints and the companions of a run have it too.
+which is affine in the unknowns and adds none.  z has a history like every evolving quantity, so it is included in
+retried and adaptive steps, checkpoints and the companions of a run.
 """
 
 from collections.abc import Callable
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 class Memory(Evolution):
-    """Memory of the waves that a buoy has made, without unknowns: what a step leaves of it is constants of the forms.
+    """Memory of the waves radiated by a buoy, without unknowns: in a step it reduces to constants of the forms.
 
-    c: constants `damping` (5, 5) and `force` (5).  The numbers of the states are real and imaginary part of each mode.
+    c: constants `damping` (5, 5) and `force` (5).  The states are the real and imaginary parts of each mode.
     """
 
     def __init__(self, buoy: "Buoy", c: Any) -> None:
@@ -60,7 +60,7 @@ class Memory(Evolution):
         return len(self._states)
 
     def values(self, u: Array) -> Array:
-        """As before anything has moved."""
+        """Initial states: zero, as after a long time at rest."""
         return np.zeros(self.size)
 
     def _work(self, name: str, u: Array, out: Array) -> Work:
@@ -78,16 +78,16 @@ class Memory(Evolution):
         return [self._work("eliminate", u, self._states)]
 
     def hand_out(self, level: int, gamma: float, history: Array | float) -> None:
-        """By hand there is none: linear equations have a memory of their own."""
+        """Set the memory to zero: linear equations have their own."""
         for constant in (self.c.damping, self.c.force):
             array_of(constant)[:] = 0.0
 
 
 class OfComponents:
-    """A force that the waves' components make at the place of a buoy, in C: in a sea once a step, with its slope, at
-    the predicted state; in a regular wave, or with `waves.kinematics` = "exact", before every evaluation.
+    """A force of the wave components at the position of a buoy, computed in C: in a sea once per step, with its slope,
+    at the predicted state; in a regular wave, or with `waves.kinematics` = "exact", before every evaluation.
 
-    c: constants `force` (n) of the forms, and `slope` (n, 2) and `place` (2) if that changes over a step.
+    c: constants `force` (n) of the forms, and, if it varies within a step, `slope` (n, 2) and `place` (2).
     """
 
     hook: str  #: function in C
@@ -98,7 +98,7 @@ class OfComponents:
         self.change()
 
     def transfer(self, waves: AirySum, amplitude: Array) -> Array:
-        """Numbers of each component for C; amplitude (n, 1): of a sea [m], 1 in a regular wave."""
+        """Coefficients of each component for the C code; amplitude (n, 1): that of a sea [m], 1 in a regular wave."""
         raise NotImplementedError
 
     def change(self) -> None:
@@ -129,19 +129,19 @@ class OfComponents:
         return context
 
     def follow(self, system: System) -> None:
-        """Before every evaluation of a System the sum is taken where its unknowns are."""
+        """Sum the components at the position given by the unknowns of a System before each of its evaluations."""
         system.filled_by_hook(*vars(self.c).values())
         system.hooks.add(self.hook, self._context(system.numbers_of, once=True))
 
     def publish(self) -> None:
-        """Put it into the constants for the unknowns' Function: for forms that no System evaluates."""
+        """Update the constants from the Function of the unknowns, for forms that no System evaluates."""
         if self._publish is None:
             self._publish = partial(getattr(core().lib, self.hook), self._context(array_of), core().ffi.NULL)
         self._publish()
 
 
 class Diffraction(OfComponents):
-    """Forces on the five velocities of the waves that the hull diffracts."""
+    """Diffraction forces, conjugate to the five velocities."""
 
     hook = "diffract"
 
@@ -154,10 +154,10 @@ class Diffraction(OfComponents):
 
 
 class SlowDrift(OfComponents):
-    """Horizontal force of mean drift, which varies slowly in a sea, by Newman's approximation (`drift`).
+    """Horizontal mean drift force, slowly varying in a sea, by Newman's approximation (`drift`).
 
-    numbers: as of the last call of what `noting` gives, the whole force (3) [N]; that of the forms is without what
-    strips have of it.
+    numbers: the total force (3) [N] as of the last call of the function from `noting`; the force in the forms is
+    without the strips' share.
     """
 
     hook = "drift"
@@ -167,7 +167,7 @@ class SlowDrift(OfComponents):
         super().__init__(buoy, c)
 
     def noting(self, u: Array) -> Work:
-        """Function that finds the whole force at the place that local unknowns u give to C."""
+        """Function that computes the total force at the position of C in the local unknowns u."""
         position = self.buoy.fields.of(u[self.buoy.part.slice]).position
         found = work("find_drift", "diffraction", {"position": position, "force": self.numbers}, self)
         self._noting.append(found)

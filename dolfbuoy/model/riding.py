@@ -1,4 +1,4 @@
-"""Vessels that ride the scene's waves by their response amplitude operators, besides a motion that is given."""
+"""Vessels that respond to the scene's waves by their response amplitude operators, in addition to a given motion."""
 
 import math
 from functools import partial
@@ -12,20 +12,20 @@ from .airy import AirySum, ramp, remembered
 from .splines import along_rows
 from .varying import tide_of
 
-#: Standard deviations that the height of an end in an irregular sea may leave its mean by.
+#: Largest deviation of the height of an end from its mean in an irregular sea, in standard deviations.
 FARTHEST = 4.0
 
 
 class Rider:
-    """Six motions of a vessel in a scene's waves over time, of all of its ends.
+    """Six motions of a vessel in a scene's waves over time, common to all its ends.
 
-    The elevation at its reference point at rest is the sum of a cos(theta - omega t); an operator X leads it by its
-    phase: a |X| cos(omega t - theta + phase).
+    The elevation at its reference point at rest is the sum of a cos(theta - omega t); the response of an operator X
+    leads it by the phase of X: a |X| cos(omega t - theta + phase).
     """
 
     def __init__(self, vessel: Vessel, scene: Scene):
         self.vessel, self._ramp, self._frequency, self._parts = vessel, 0.0, np.zeros(0), np.zeros((6, 0))
-        if scene.waves is not None:  # statics and small motions take them away
+        if scene.waves is not None:  # absent in statics and for small motions
             sea, (x, y, _) = AirySum.of(scene), vessel.position
             theta = sea.phase + sea.wavenumber * (sea.cosine * x + sea.sine * y)
             towards = np.degrees(np.arctan2(sea.sine, sea.cosine)) - vessel.heading_deg
@@ -37,14 +37,14 @@ class Rider:
         self._given = along_rows(vessel.motion, vessel.ramp) if vessel.motion else lambda t: np.zeros(6)
 
     def motions(self, t: float) -> Array:
-        """Surge, sway, heave [m] along its own axes at rest and roll, pitch, yaw [deg] by the waves, the ramp in it."""
+        """Surge, sway, heave [m] along its axes at rest and roll, pitch, yaw [deg] due to the waves, ramp included."""
         if self._latest[0] != t:
             found = (self._parts @ np.exp(1j * self._frequency * t)).real
             self._latest = t, ramp(t, self._ramp) * found
         return self._latest[1]
 
     def direction(self, own: tuple[float, float, float], t: float) -> list[float]:
-        """A vector of its own frame in that of the world."""
+        """A vector of the vessel's frame in the world frame."""
         (*_, roll, pitch, yaw), shift = self.motions(t), self._given(t)
         return turned(own, roll + shift[3], pitch + shift[4], self.vessel.heading_deg + yaw + shift[5])
 
@@ -57,21 +57,21 @@ class Rider:
         return [float(sum(part)) for part in zip(vessel.position, shift, moved, arm, strict=True)]
 
     def rise(self, fairlead: str) -> float:
-        """Height to which the waves lift a fairlead over its place at rest [m], about, in an irregular sea."""
+        """Approximate largest height of a fairlead above its position at rest in waves [m]."""
         x, y, _ = self.vessel.fairleads[fairlead]
         parts = np.abs(self._parts[2]) + np.radians(abs(y) * np.abs(self._parts[3]) + abs(x) * np.abs(self._parts[4]))
         return float(min(parts.sum(), FARTHEST * math.sqrt(np.sum(parts**2) / 2)))
 
 
 def rider_of(top: OnVessel) -> Rider:
-    """The Rider of an end's vessel, one for all of its ends."""
+    """The Rider of an end's vessel, shared by all its ends."""
     scene, vessel = top.scene, top.vessel
     return remembered(partial(Rider, vessel, scene), vessel, scene.waves, scene.sea, scene.current, scene.gravity)
 
 
 def _at(vessel, periods, towards):
-    """Complex operators (6, components): linear between the periods and directions of the table, beyond the last
-    periods those of the last, and where it has one direction those of all."""
+    """Complex operators (6, components): linear between the periods and directions of the table, constant beyond its
+    periods, and independent of direction if it has only one."""
     rows = np.array(vessel.raos)
     known, angles = np.unique(rows[:, 0]), np.unique(rows[:, 1])
     values = rows[:, 2::2] * np.exp(1j * np.radians(rows[:, 3::2]))

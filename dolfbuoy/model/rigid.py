@@ -1,4 +1,4 @@
-"""Weights of lines, and places and turns of buoys; masses and hydrostatics of these are in `scene.hulls`."""
+"""Weights of lines, points and rotations of buoys; masses and hydrostatics of buoys are in `scene.hulls`."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The sea of a scene: as UFL constants on one mesh with its clock, and in numbers at points."""
+"""The sea of a scene: as UFL constants on one mesh, updated over time, and as numbers at points."""
 
 import math
 from collections.abc import Callable
@@ -23,12 +23,12 @@ from .varying import heading as heading
 
 
 def main_propagation(scene: Scene) -> Propagation:
-    """Propagation of the scene's regular wave, or of the main period of its sea."""
+    """Propagation of the scene's regular wave, or of the main period of its irregular sea."""
     return propagation(scene, scene.waves.main_period, scene.waves.direction_deg)
 
 
 def wavenumber(scene: Scene) -> float:
-    """k of the scene's wave: 2 pi / wavelength if that is given, else from dispersion; of the main period of a sea."""
+    """k of the scene's wave (irregular: of the main period): 2 pi / wavelength if given, else from dispersion."""
     return main_propagation(scene).wavenumber
 
 
@@ -47,13 +47,13 @@ def highest_water(scene: Scene) -> float:
 
 
 def elevation_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
-    """Height of the surface of a scene's water in numbers [m] at points (..., 3)."""
+    """Height of the water surface of a scene [m] at points (..., 3)."""
     level = tide_of(scene)(t)
     return level + (AirySum.of(scene).elevation(t, points) if scene.waves else np.zeros(np.shape(points)[:-1]))
 
 
 def velocity_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
-    """Velocity (..., 3) of a scene's undisturbed water in numbers [m/s] at points (..., 3)."""
+    """Velocity (..., 3) of a scene's undisturbed water [m/s] at points (..., 3)."""
     points = np.asarray(points, dtype=float) - [0.0, 0.0, tide_of(scene)(t)]
     velocity = AirySum.of(scene).flow(t, points)[0] if scene.waves else np.zeros(points.shape)
     if scene.current and scene.current.grid:
@@ -67,7 +67,7 @@ def velocity_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
 
 
 def strongest(scene: Scene) -> np.ndarray:
-    """The fastest velocity of a scene's current at t = 0, zero without one [m/s]."""
+    """Largest current velocity of a scene over the depth at t = 0, zero without a current [m/s]."""
     if scene.current is None or scene.sea is None:
         return np.zeros(3)
     heights = np.linspace(-scene.sea.depth, 0.0, 50)
@@ -76,16 +76,16 @@ def strongest(scene: Scene) -> np.ndarray:
 
 
 def wind_at(w: Wind, height: float, blows: tuple[float, np.ndarray] | None = None) -> np.ndarray:
-    """Force of a section [wind] at a height over the water, Eq. (2) [N]; blows: of `wind_over_time`, else at 0."""
+    """Force of a section [wind] at a height above the water, Eq. (2) [N]; blows: of `wind_over_time`, default t = 0."""
     speed, direction = blows or wind_over_time(w, None)(0.0)
     size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, speed, w.drag_coefficient, w.air_density, w.area)
-    return size.evaluate(None, {}, (), {}) * direction  # calling it differentiates first: 30 ms
+    return size.evaluate(None, {}, (), {}) * direction  # a call would differentiate first: 30 ms
 
 
 class SeaState:
-    """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form.
+    """Wave and current of `scene` on `mesh`; absent ones are None and never enter a form.
 
-    lesser: makes the corners of the current's profile, see `forms.sea.at_most`.
+    lesser: minimum that forms the corners of the current profile, see `forms.sea.at_most`.
     """
 
     def __init__(self, mesh: Any, scene: Scene, with_waves: bool = True, lesser: sea.Lesser = sea.min_value):
@@ -107,11 +107,11 @@ class SeaState:
 
     @property
     def scene(self) -> Scene:
-        """The scene whose numbers these are."""
+        """The present scene."""
         return self._numbers.scene
 
     def _wave(self):
-        """The scene's regular wave, whose amplitude and phase follow the clock."""
+        """The scene's regular wave, whose amplitude and phase are updated over time."""
         number = self._number
         return sea.Wave(
             amplitude=self._amplitude,
@@ -150,7 +150,7 @@ class SeaState:
         return self._numbers.constant(lambda scene, _: get(scene))
 
     def _speed(self, get):
-        """A Constant that carries the current's speed, at t = 0."""
+        """A Constant for the current speed at t = 0."""
         self._speeds.append((self._number(get), get))
         return self._speeds[-1][0]
 
@@ -160,7 +160,7 @@ class SeaState:
             constant.value = factor * full(self.scene)
 
     def _stream(self, time: np.ndarray) -> list[Callable]:
-        """Functions that bring a current that changes to time[0]."""
+        """Functions that update a varying current to time[0]."""
         if self.scene.current is None or not varies(self.scene.current):
             return []
         moving = [([array_of(constant) for constant in several], get(self.scene)) for several, get in self._moving]
@@ -173,7 +173,7 @@ class SeaState:
         return [flow]
 
     def _tide(self, time: np.ndarray) -> list[Callable]:
-        """A function that brings the level of a tide to time[0]."""
+        """Function that updates the tide level to time[0]."""
         if self.level is None:
             return []
         level, tide = array_of(self.level), tide_of(self.scene)
@@ -181,13 +181,13 @@ class SeaState:
 
     @property
     def has_waves(self) -> bool:
-        """True if there are waves, regular or not."""
+        """True if there are waves, regular or irregular."""
         return self.wave is not None or self.kinematics is not None
 
     def flow(self, x: Expr, *at) -> sea.Flow:
         """Undisturbed water at the UFL point x.
 
-        at: `kinematics.Points` near it, which a sum of waves needs; three, `weighted`, for averages over disks.
+        at: `kinematics.Points` near it, required for a sum of waves; three `weighted` ones for averages over disks.
         """
         if self.level is not None:
             x = x - ufl.as_vector([0.0, 0.0, self.level])
@@ -201,18 +201,18 @@ class SeaState:
         return sea.with_current(waves, x, self.current)
 
     def follow(self, system: System) -> None:
-        """A sum of waves follows the unknowns of a System."""
+        """Sum waves at points that follow the unknowns of a System."""
         if self.kinematics is not None:
             self.kinematics.follow(system)
 
     def publish(self) -> None:
-        """Put a sum of waves where the unknowns' Function says: for forms that no System evaluates."""
+        """Sum waves at the points given by the Function of the unknowns, for forms that no System evaluates."""
         if self.kinematics is not None:
             self._publish = self._publish or self.kinematics.into_functions(array_of)
             self._publish()
 
     def clock(self, time: np.ndarray) -> list[Callable]:
-        """Functions that bring waves and current to time[0], with the numbers of the scene at hand."""
+        """Functions that update waves, current and tide to time[0], for the present scene."""
         stream = [*self._tide(time), *self._stream(time)]
         if self.kinematics is not None:
             return [*stream, lambda: self.kinematics.set_time(time.item())]
@@ -226,18 +226,18 @@ class SeaState:
 
     @property
     def phases(self) -> np.ndarray:
-        """phase - omega t of the components [rad] as they are at the time, by rising wavenumber."""
+        """Present phase - omega t of the components [rad], in order of increasing wavenumber."""
         return self._numbers_of_wave[1] if self.kinematics is None else self.kinematics.phases
 
     @property
     def scale(self) -> Any:
-        """For C: the factor of the components at the time, the amplitude of a regular wave or the ramp of a sum."""
+        """For C: present factor of the components, the amplitude of a regular wave or the ramp of a sum."""
         if self.kinematics is None:
             return address(self._numbers_of_wave[0])
         return core().ffi.addressof(self.kinematics.waves, "ramp")
 
     def set_wave(self, amplitude: float, time_phase: float) -> None:
-        """Amplitude a [m] and phase - omega t [rad] of the wave."""
+        """Set amplitude a [m] and phase - omega t [rad] of the wave."""
         a, phase = self._numbers_of_wave
         a[0], phase[0] = amplitude, time_phase
 

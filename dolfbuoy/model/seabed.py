@@ -1,4 +1,4 @@
-"""The sea bed under lines and bodies at joints: forces of contact, memory of friction, a bed that is no plane."""
+"""The sea bed under lines and bodies at joints: contact forces, memory of friction, uneven beds."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,10 +15,10 @@ from .masses import Masses
 
 
 class Bed:
-    """Contact of `masses.Masses` with the bed, at places of which each kind has its own.
+    """Contact of `masses.Masses` with the bed, at contact points defined by each subclass.
 
-    `held`: r_a, the places where friction holds on, a Function; None without friction, and in statics unless lines are
-    taken as pulled.
+    `held`: r_a, the stick points of friction, a Function; None without friction, and in statics unless
+    `seabed.start = "pulled"`.
     """
 
     def __init__(self, model: "Masses", space: Callable):
@@ -40,11 +40,11 @@ class Bed:
         raise NotImplementedError
 
     def at(self, values: np.ndarray) -> np.ndarray:
-        """Values at the places of the contact, (..., 3), of an array like the model's unknowns."""
+        """Values at the contact points, (..., 3), from an array like the model's unknowns."""
         raise NotImplementedError
 
     def _of_scene(self, find):
-        """Result of `find`, evaluated once for each scene."""
+        """Result of `find`, evaluated once per scene."""
         if self._known is None or self._known[0] is not self.model.scene:
             self._known = self.model.scene, find()
         return self._known[1]
@@ -55,13 +55,13 @@ class Bed:
         return self.friction
 
     def coefficients(self) -> Any:
-        """Friction coefficients in numbers, at the places."""
+        """Friction coefficients at the contact points, as numbers."""
         return float(self.friction.value)
 
     # -- forms ---------------------------------------------------------------------------------------------------------
 
     def contact(self) -> form.Contact:
-        """Pressure and friction at the places, per metre of a line and for a body as a whole."""
+        """Contact at these points, per metre of a line and for a body as a whole."""
         x, *_, x_t, _ = self.model.kinematics()
         slide = None if self.held is None else x - self.held
         normal, gap = self.normal, None
@@ -88,24 +88,24 @@ class Bed:
 
     @property
     def holds(self) -> np.ndarray:
-        """Places where friction holds on."""
+        """Stick points of friction."""
         return self.held.x.array[self._place]
 
     def hold(self, places: np.ndarray) -> None:
-        """Let it hold on at others."""
+        """Set the stick points."""
         self.held.x.array[self._place] = places
 
     def begin(self, u: np.ndarray) -> None:
-        """Friction holds on where the model is, and does not pull yet."""
+        """Set the stick points to the present positions, so that friction has no force yet."""
         if self.held is not None:
             self.hold(self.at(u[self.model.part.slice]))
 
     def when_accepted(self, u: np.ndarray) -> list[Callable]:
-        """Functions that are called when a step was taken."""
+        """Functions called after an accepted step."""
         return [] if self.held is None else [lambda: self.accept(u)]
 
     def accept(self, u: np.ndarray) -> None:
-        """A step was taken: where friction pulls more than it can, it slides after the model."""
+        """After an accepted step: let the stick points slide where friction exceeds its limit."""
         model, mu, speed = self.model, self.coefficients(), 0.0
         r = self.at(u[model.part.slice])
         n = self.normals(r)
@@ -127,15 +127,15 @@ class Bed:
         return x @ self.normal.value - self.level.value
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Upward normal of the bed (3,), or under points (..., 3) of one that is no plane."""
+        """Upward normal of the bed (3,); for an uneven bed the normals under points (..., 3)."""
         return self.normal.value if self.ground is None else self.ground.normals(x)
 
     def blocks(self, size: int) -> tuple[fem.FunctionSpace, np.ndarray]:
-        """Space of `size` numbers at the places of the contact, and where those of each place are, (..., size)."""
+        """Space of `size` numbers per contact point, and the dofs of each point, (..., size)."""
         raise NotImplementedError
 
     def follow(self, system: Any) -> None:
-        """Let the forms of a System see a bed that is no plane."""
+        """Provide an uneven bed to the forms of a System."""
         if self.ground is not None:
             self.ground.follow(system)
 
@@ -146,7 +146,7 @@ class Bed:
 
 
 class Terrain:
-    """A bed that is no plane, for the forms of a Bed: numbers at its places, taken there before every evaluation."""
+    """An uneven bed for the forms of a Bed: height and derivatives at its points, updated before every evaluation."""
 
     SIZE = 2 + len(ORDERS)  #: x, y, and the height with its derivatives
 
@@ -156,16 +156,16 @@ class Terrain:
         self.coefficient = fem.Function(space)
 
     def near(self) -> form.Ground:
-        """The bed near the places, as UFL."""
+        """The bed near the contact points, as UFL."""
         c = [self.coefficient[i] for i in range(self.SIZE)]
         return form.Ground(c[0], c[1], c[2], (c[3], c[4]), (c[5], c[6], c[7]))
 
     def unknowns(self) -> np.ndarray:
-        """Those of the model, as its Function has them."""
+        """The model's unknowns, from its Function."""
         return np.asarray(self.bed.model.part.function.x.array)
 
     def fill(self, values: np.ndarray, u: np.ndarray) -> None:
-        """Put the numbers for the model's unknowns u into the values of the coefficient."""
+        """Write the numbers for the model's unknowns u to the values of the coefficient."""
         r = self.bed.at(u)
         depths = self.bed.model.scene.seabed.depths
         values[self._place] = np.concatenate([r[..., :2], depths.derivatives(r[..., 0], r[..., 1])], axis=-1)
@@ -185,5 +185,5 @@ class Terrain:
 
 
 def _dot(vectors, n):
-    """Components of vectors (..., 3) along one normal (3,), or along that of each."""
+    """Components of vectors (..., 3) along one normal (3,), or along one for each."""
     return vectors @ n if n.ndim == 1 else (vectors * n).sum(axis=-1)

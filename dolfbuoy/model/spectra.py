@@ -1,4 +1,4 @@
-"""Spectra of seas in numbers, and what of them goes into each of N components.
+"""Wave spectra, and their discretisation into N components.
 
 S is one-sided, per angular frequency [m^2 s/rad]; m_n = int w^n S dw and Hs = 4 sqrt(m0).
 """
@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 
 from . import Array
 
-#: Gauss's rule on every panel between knots.
+#: Gauss rule on every panel between knots.
 _AT, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """density: angular frequencies [rad/s] -> S, smooth between knots and zero beyond them.  peak: w_p [rad/s]."""
+    """Spectrum; density: angular frequency [rad/s] -> S, smooth between knots, zero beyond them; peak: w_p [rad/s]."""
 
     density: Callable[[Array], Array]
     knots: Array
@@ -42,7 +42,7 @@ class Spectrum:
         return up_to[panel] + self._integrals(self.knots[panel], w, n)
 
     def frequencies_at(self, energies: Array) -> Array:
-        """Frequencies below which there are these parts of m0 [m^2], by bisection and Newton."""
+        """Frequencies below which m0 reaches these values [m^2], by bisection and Newton."""
         up_to = self.below(self.knots)
         panel = np.clip(np.searchsorted(up_to, energies, side="left") - 1, 0, len(self.knots) - 2)
         low, high = self.knots[panel].copy(), self.knots[panel + 1].copy()
@@ -64,13 +64,13 @@ class Spectrum:
         return np.concatenate([[max(low, self.knots[0])], inner, [min(high, self.knots[-1])]])
 
     def bins(self, edges: Array) -> tuple[Array, Array]:
-        """Energy m0 [m^2] of the bins between edges, and the frequency of each that keeps its m2 [rad/s]."""
+        """Energy m0 [m^2] of the bins between edges, and the frequency that preserves the m2 of each [rad/s]."""
         energy, second = np.diff(self.below(edges)), np.diff(self.below(edges, 2))
         return energy, np.sqrt(second / energy)
 
 
 def pierson_moskowitz(significant_height: float, peak_period: float) -> Spectrum:
-    """The form of Bretschneider, 5/16 Hs^2 w_p^4 w^-5 exp(-5/4 (w_p/w)^4)."""
+    """Bretschneider form, 5/16 Hs^2 w_p^4 w^-5 exp(-5/4 (w_p/w)^4)."""
     peak = 2 * math.pi / peak_period
     scale = 5 / 16 * significant_height**2 * peak**4
     return Spectrum(lambda w: scale * _shape(w, peak), _knots(peak), peak)
@@ -92,17 +92,17 @@ def jonswap(significant_height: float, peak_period: float, gamma: float = 3.3) -
 
 
 def _shape(w: Array, peak: float) -> Array:
-    w = np.maximum(w, 0.1 * peak)  # nothing is there
+    w = np.maximum(w, 0.1 * peak)  # negligible below
     return np.asarray(w**-5.0 * np.exp(-1.25 * (peak / w) ** 4))
 
 
 def _knots(peak: float) -> Array:
-    """From where there is nothing, over the peak with its kink, to where nothing is left of m2."""
+    """Knots from negligible density, over the peak with its kink, to a negligible remainder of m2."""
     return np.asarray(peak * np.concatenate([np.linspace(0.2, 2.0, 37), np.geomspace(2.0, 1e6, 100)[1:]]))
 
 
 def tabulated(frequency: ArrayLike, density: ArrayLike) -> Spectrum:
-    """Linear between the rows of a table: rising frequencies [Hz] and S [m^2/Hz]."""
+    """Spectrum linear between the rows of a table: increasing frequencies [Hz] and S [m^2/Hz]."""
     knots, values = 2 * math.pi * np.asarray(frequency), np.asarray(density) / (2 * math.pi)
     return Spectrum(lambda w: np.interp(w, knots, values), knots, float(knots[np.argmax(values)]))
 
@@ -111,7 +111,7 @@ def tabulated(frequency: ArrayLike, density: ArrayLike) -> Spectrum:
 
 
 def cos2s_angles(s: float, parts: Array) -> Array:
-    """Angles [rad] from the mean direction below which there are these parts of cos^2s(theta/2)."""
+    """Quantiles of cos^2s(theta/2): angles [rad] from the mean direction."""
     from scipy.special import betaincinv  # 0.1 s of every start
 
     half = np.arcsin(np.sqrt(betaincinv(0.5, s + 0.5, np.abs(2 * parts - 1))))
@@ -119,9 +119,9 @@ def cos2s_angles(s: float, parts: Array) -> Array:
 
 
 def tabulated_angles(angles: Array, densities: Array, parts: Array) -> Array:
-    """Angles below which there are parts of a density on the circle, one of each row of `densities`.
+    """Quantiles of densities on the circle: the angle for one fraction in each row of `densities`.
 
-    angles: rising, within a full turn of 360.  densities (rows, angles): linear between them, closed to a circle.
+    angles: increasing, within 360 degrees.  densities (rows, angles): linear between them, periodic.
     """
     around = np.append(angles, angles[0] + 360.0)
     found = []
@@ -138,9 +138,9 @@ def tabulated_angles(angles: Array, densities: Array, parts: Array) -> Array:
 def of_record(times: Array, elevation: Array, part: float = 0.999, taper: float = 0.05) -> tuple[Array, Array, Array]:
     """Amplitudes [m], angular frequencies [rad/s] and phases [rad] of a record of the elevation, at equal steps [s].
 
-    sum a cos(phase - w t) with the bins of its Fourier transform that hold a part of its variance, the highest first to
-    be taken; mean off, a cosine taper over `taper` of its length, half of that at each end.  It repeats after its
-    length.
+    The sum a cos(phase - w t) of the largest bins of its Fourier transform that together hold a fraction `part` of the
+    variance, after removing the mean, with a cosine taper over `taper` of the length, half of that at each end.  It
+    repeats after that length.
     """
     n, step = len(times), (times[-1] - times[0]) / (len(times) - 1)
     X = np.fft.rfft((elevation - np.mean(elevation)) * _tapered(n, taper))[1 : (n + 1) // 2]
@@ -153,6 +153,6 @@ def of_record(times: Array, elevation: Array, part: float = 0.999, taper: float 
 
 
 def _tapered(n: int, part: float) -> Array:
-    """1, and half a cosine at both ends, of half a part each."""
+    """Taper: 1, with half a cosine over half of `part` at each end."""
     from_end = (np.minimum(np.arange(n), np.arange(n)[::-1]) + 0.5) / max(0.5 * part * n, 0.5)
     return np.asarray(0.5 * (1 - np.cos(math.pi * np.minimum(from_end, 1.0))))

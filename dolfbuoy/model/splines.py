@@ -1,4 +1,4 @@
-"""Motions given in rows of a table."""
+"""Motions given by the rows of a table."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,8 +10,8 @@ from .airy import ramp
 
 
 def along_rows(rows: Sequence, duration: float) -> Callable[[float], Array]:
-    """The columns of rows [t, x, ...] over time, joined by a cubic spline, at rest before the first and after the last
-    row; duration: of the ramp from the values at t = 0 [s]."""
+    """The columns of rows [t, x, ...] over time by a cubic spline, at rest before the first and after the last row;
+    duration: that of the ramp from the values at t = 0 [s]."""
     table = np.asarray(rows)
     path, ends = spline(table), table[[0, -1], 0]
     start = path(np.clip(0.0, *ends))

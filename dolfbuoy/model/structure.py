@@ -1,4 +1,4 @@
-"""Structure of a scene, which decides the compiled forms and the unknowns; the rest are numbers."""
+"""Structure of a scene, which determines the compiled forms and the unknowns; all else is numbers."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..scene.stiffness import kinks_of
 from . import effects
 from .potential_flow import states_of
 
-#: Keys of a piece of line whose values are part of the structure; of these of its mesh alone.
+#: Keys of a piece of line that are part of the structure; `_OF_MESH`: those that affect the mesh only.
 _OF_MESH = ("elements", "grading")
 _OF_LINES = (
     *("length", *_OF_MESH),
@@ -20,7 +20,7 @@ _OF_LINES = (
 
 
 def structure_of(scene: Scene, mesh: bool = True) -> tuple[Any, ...]:
-    """Equal for scenes that one `Problem` can serve one after the other; without mesh: for those of the same forms."""
+    """Structure, equal for scenes that can share a `Problem`, or with `mesh` false for scenes with the same forms."""
     network, waves = scene.network, scene.waves
     profile = scene.current.profile if scene.current else None
     return (
@@ -59,13 +59,13 @@ def _of_line(scene: Scene, section: Cable, mesh: bool) -> tuple[Any, ...]:
 
 
 def _called(scene: Scene, kind: str, part: Any) -> tuple[str, ...]:
-    """Names of the effects that a part of the network calls for."""
+    """Names of the effects present in a part of the network."""
     own = (kind, *OWN) if kind == "buoy" else (kind,)
     return tuple(e.name for e in effects.EFFECTS if e.key.partition(".")[0] in own and e.called(scene, part))
 
 
 def _topology(network: Network) -> str:
-    """Topology, and which numbers pieces or bodies share: those are constants of the forms."""
+    """Topology, and which numbers are the same for all pieces or bodies and hence constants of the forms."""
     ends = [[_end(end) for end in piece.ends] for piece in network.pieces]
     shared = []
     for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):

@@ -1,15 +1,15 @@
-"""Which cables may leave the water: from the scene alone, before anything is solved.
+"""Cables that may leave the water, found from the scene alone, before anything is solved.
 
-A cable may where one of these is above the deepest trough (without waves the still surface at its lowest; a regular
-wave's amplitude or the significant height below that):
+A cable may if one of these is above the deepest trough (the lowest still water level, less the amplitude of a regular
+wave or the significant height):
 
-- an end that is held, wherever it is moved to, a free end that is pulled up as far as the cable reaches, or a point of
-  the first shape that the scene gives;
-- an end on a buoy that is above its water line when it floats freely;
+- a fixed or moved end, anywhere on its path, a free end pulled up as far as the cable reaches, or a point of the
+  initial shape given by the scene;
+- an end on a buoy that is above the water line when the buoy floats freely;
 - the top of an arch of a cable lighter than water, as high as its length allows, or a float at an end, as far as the
   lines let it rise.
 
-All others hang below their ends: heavy lines, held or carried in the water.
+All others hang below their ends: heavy lines held or carried under water.
 """
 
 import heapq
@@ -28,20 +28,20 @@ from .varying import range_of_tide
 
 #: Name of a joint or buoy, or an end of a piece: (piece, end).
 Node = str | tuple[int, int]
-#: Part of a cable's length by which it may be above the water without leaving it.
+#: Height above the water neglected, as a fraction of the cable's length.
 ROUNDING = 1e-9
-#: A cable lighter than water by less than this part of its weight is balanced in it.
+#: A cable lighter than water by less than this fraction of its weight counts as neutrally buoyant.
 BALANCED = 0.01
 
 
 def surfacing(scene: Scene) -> list[str]:
-    """Names of the cables that may leave the water, or hang on a float that may; of a scene without sea none."""
+    """Names of the cables that may leave the water, or hang on a float that may; empty without a sea."""
     if scene.sea is None or not scene.network.pieces:
         return []
     network, heights, cables = scene.network, _heights(scene), range(len(scene.network.cables))
     light = {cable for cable in cables if _is_light(scene, cable)}
     rises = {p.cable for k, p in enumerate(network.pieces) if _rises(scene, k, heights, p.cable in light)}
-    given = scene.initial.points  # of the first shape, which may be above the water
+    given = scene.initial.points  # initial shape, which may be above the water
     for cable in cables:
         points = given.get(network.cables[cable]) if isinstance(given, dict) else given
         if points and float(np.max(np.array(points)[:, 2])) > -_fall(scene):
@@ -55,12 +55,12 @@ def _fall(scene: Scene) -> float:
 
 
 def _node(network: Network, piece: int, end: int) -> Node:
-    """Name of what an end hangs on, or the end itself."""
+    """Name of the joint or buoy that holds an end, or the end itself."""
     return network.pieces[piece].ends[end].name or (piece, end)
 
 
 def _heights(scene: Scene) -> dict[Node, float]:
-    """Node -> the highest place above the deepest trough that held ends, buoys and lengths let it have [m]."""
+    """Node -> its largest height above the deepest trough allowed by fixed ends, buoys and lengths [m]."""
     network, crest, reached = scene.network, _fall(scene), {}
     lines: dict[Node, list[tuple[Node, float]]] = {}
     ahead: list[tuple[float, str, Node]] = []
@@ -82,7 +82,7 @@ def _heights(scene: Scene) -> dict[Node, float]:
 
 
 def _highest(scene: Scene, top: Top) -> float:
-    """Height of a held end over a run [m]."""
+    """Largest height of a fixed or moved end over a run [m]."""
     if isinstance(top, Riding):
         given = max([0.0, *(row[3] for row in top.vessel.motion or [])])
         return top.position[2] + given + rider_of(top).rise(top.own)
@@ -105,19 +105,19 @@ def _rises(scene: Scene, number: int, heights: dict[Node, float], light: bool) -
         pulled = end.kind == "free" and end.top.force[2] > 0
         if z > least and (end.held or floats or pulled):
             return True
-        if end.kind == "buoy":  # above its water line when it floats freely: the hull below that place displaces more
+        if end.kind == "buoy":  # above the water line when afloat: the hull below that point displaces more
             buoy = network.buoys[end.name]
             height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
             below = shape_of(buoy).volume(min(max(height, 0.0), shape_of(buoy).height))
             if scene.sea.density * below > mass_properties(buoy).mass:
                 return True
-    low, high = piece.ends  # vertical reach, up and down: the length, less by the distance of two held ends
+    low, high = piece.ends  # vertical reach, up and down: the length, less the horizontal span of two fixed ends
     across = math.dist(low.top.position[:2], high.top.position[:2]) if low.held and high.held else 0.0
     return light and sum(highest) + math.sqrt(max(piece.section.length**2 - across**2, 0.0)) > 2 * least
 
 
 def _is_light(scene: Scene, cable: int) -> bool:
-    """True if a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
+    """True if a cable as a whole is lighter than water, and not neutrally buoyant like a streamer."""
     sections = scene.network.sections_of(cable)
     mass = sum(c.line_density * c.length for c in sections)
     return sum(weight_per_length(scene, c) * c.length for c in sections) < -BALANCED * scene.gravity * mass

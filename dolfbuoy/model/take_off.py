@@ -1,7 +1,7 @@
-"""A power take-off between two points: on a mesh of its own, which knows where they are and how they move.
+"""A power take-off between two points, on its own mesh with their positions as unknowns.
 
-An end at a free joint has the index of the joint, as a body there has.  One on a buoy is an attachment: six numbers
-that both meshes know.  One that is held is no unknown, and its row holds the reaction.
+An end at a free joint has the global index of the joint, like a body there.  An end on a buoy is an attachment: six
+unknowns shared by both meshes.  A fixed end is not an unknown, and its row is the reaction.
 """
 
 from collections.abc import Callable, Mapping
@@ -41,13 +41,13 @@ class OnBuoy(Attachment):
     values = property(lambda self: self._on_line)
 
     def equation(self, force: Expr) -> Expr:
-        """T_O is the force of the take-off there."""
+        """Equation for T_O, the force of the take-off on the buoy."""
         test = FIELDS.split(self.line_part.test).force
         return ufl.inner(FIELDS.split(self._on_line).force - force, test)
 
 
 class AtPoint:
-    """An end at a joint, or one that is held: three numbers, its place."""
+    """An end at a joint, or a fixed one: three numbers, its position."""
 
     buoy = None
 
@@ -65,12 +65,12 @@ class AtPoint:
         return [self.line_part]
 
     def equation(self, force: Expr) -> Expr:
-        """The force of the take-off there, to be added to others; what is left at an end that is held, holds it."""
+        """The force of the take-off there, added to others; at a fixed end the residual is the reaction."""
         return -ufl.inner(force, ufl.as_vector([self.line_part.test[i] for i in range(3)]))
 
 
 class TakeOff(Model):
-    """One take-off of a scene, on the first rank; `ends`: its first and its second one."""
+    """One take-off of a scene, on the first rank; `ends`: its first and second end."""
 
     def __init__(self, scene: Scene, name: str, dynamic: bool, buoys: Mapping[str, Buoy]):
         self.scene, self.name, self.dynamic, self.memory = scene, name, dynamic, {}
@@ -84,8 +84,8 @@ class TakeOff(Model):
         ]
         self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": 0})
         self.one = compat.constant(self.mesh, 1.0)
-        self.numbers = np.zeros(3)  #: length [m], tension [N] and absorbed power [W] as `note` found them
-        #: End (0 or 1) -> its position [m] as a function of time, in place of the scene's; and when all have stopped.
+        self.numbers = np.zeros(3)  #: length [m], tension [N] and absorbed power [W] from `note`
+        #: End (0 or 1) -> its position [m] as a function of time, overriding the scene's; and the time all stopped.
         self.driven: dict[int, Callable[[float], Array]] = {}
         self.stopped: Array | None = None
         if dynamic:
@@ -97,7 +97,7 @@ class TakeOff(Model):
 
     @property
     def section(self) -> Any:
-        """Its section of the scene."""
+        """Its scene section."""
         return self._numbers.sections[0]
 
     @property
@@ -106,7 +106,7 @@ class TakeOff(Model):
         return self.scene.network.take_offs[self.name].ends
 
     def number(self, offset: int) -> list[Part]:
-        """Take the unknowns from `offset` on; returns the parts, those on the meshes of buoys too."""
+        """Take the unknowns from `offset` on; returns the parts, including those on the meshes of buoys."""
         parts: list[Part] = []
         for end in self.ends:
             parts += end.number(offset)
@@ -137,7 +137,7 @@ class TakeOff(Model):
         return form.stretch(*places, *rates)
 
     def tensions(self, stretch: form.Stretch) -> list[tuple[effects.Effect, Expr]]:
-        """[(effect, tension [N] as UFL)] of what the scene calls for."""
+        """[(effect, tension [N] as UFL)] of the effects of the scene."""
         found = [(effect, effect.take_off(c, stretch)) for effect, c in self._terms]
         return [(effect, tension) for effect, tension in found if tension is not None]
 
@@ -169,7 +169,7 @@ class TakeOff(Model):
     # -- unknowns -----------------------------------------------------------------------------------------------------
 
     def free(self) -> Array:
-        """Its unknowns that belong to nothing else."""
+        """Its unknowns not shared with joints: those of ends on buoys."""
         places = [np.arange(end.slice.start, end.slice.stop) for end in self.ends if end.buoy]
         return np.concatenate([np.zeros(0, int), *places])
 
@@ -179,14 +179,14 @@ class TakeOff(Model):
         return [np.arange(e.slice.start, e.slice.stop) for e, h in pairs if h.kind == "joint" and h.name == name]
 
     def evolutions(self) -> list[Evolution]:
-        """The places of its ends; their sizes count where lines and buoys are."""
+        """Evolutions of the positions of its ends; errors are controlled by lines and buoys, hence infinite sizes."""
         return [
             Evolution(end.line_part, [(self.gamma, history)], False, [np.full(end.line_part.size, np.inf)])
             for end, history in zip(self.ends, self._histories, strict=True)
         ]
 
     def blocks(self, length: float, force: float) -> list[Block]:
-        return []  # those of its attachments are the buoy's
+        return []  # the buoy has those of its attachments
 
     def force_dofs(self) -> Array:
         return np.concatenate([np.zeros(0, int), *(end.dofs().force for end in self.ends if end.buoy)])
@@ -194,7 +194,7 @@ class TakeOff(Model):
     # -- time ---------------------------------------------------------------------------------------------------------
 
     def clock(self, time: Array, u: Array) -> list[Callable[[], Any]]:
-        """Functions that put the ends that are held where they are at time[0]."""
+        """Functions that update the fixed or moved ends to time[0]."""
         ends = []
         for number, (end, holder) in enumerate(zip(self.ends, self.holders, strict=True)):
             if holder.held and holder.top is not None:
@@ -204,7 +204,7 @@ class TakeOff(Model):
         return held(ends, time if self.stopped is None else self.stopped, u) if ends else []
 
     def stop(self, time: Array) -> None:
-        """Ends that are moved stay where they are at a time from now on."""
+        """Stop moving ends at their positions at this time."""
         self.stopped = time
 
     def follow_water(self, system: Any) -> None:
@@ -216,14 +216,14 @@ class TakeOff(Model):
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     def velocities(self, u: Array) -> list[Array]:
-        """Velocities of its ends [m/s], of local unknowns, after a step."""
+        """Velocities of its ends [m/s] from local unknowns, after a step."""
         if not self.dynamic:
             return [np.zeros(3)] * 2
         pairs = zip(self.ends, self._histories, strict=True)
         return [self.gamma.value * u[end.slice][:3] + history.x.array[:3] for end, history in pairs]
 
     def note(self, u: Array) -> None:
-        """Find length, tension and absorbed power of the local unknowns u."""
+        """Compute length, tension and absorbed power from the local unknowns u."""
         first, second = (u[end.slice][:3] for end in self.ends)
         way, (v, w) = second - first, self.velocities(u)
         length = float(np.sqrt(way @ way + form.NOTHING))
@@ -233,6 +233,6 @@ class TakeOff(Model):
         self.numbers[:] = length, s.at_rest(length)[0] + absorbed, absorbed * rate
 
     def reactions(self, residual: Array) -> list[tuple[int, Array]]:
-        """[(end, force that holds it [N])] of the ends that are held, from a local residual."""
+        """[(end, reaction [N])] of the fixed ends, from a local residual."""
         pairs = enumerate(zip(self.ends, self.holders, strict=True))
         return [(number, residual[end.slice]) for number, (end, holder) in pairs if holder.held]

@@ -1,6 +1,6 @@
-"""Current, wind and external force that change over time: along rows of a table, and gusts of a wind spectrum.
+"""Current, wind and external force varying over time: by the rows of a table, and gusts of a wind spectrum.
 
-Between two rows velocities are linear, as vectors: a tide that turns passes through what lies between.
+Between two rows velocities are interpolated linearly, as vectors: a reversing tidal current passes through zero.
 """
 
 import math
@@ -17,11 +17,11 @@ from . import Array
 from .airy import ramp, remembered
 from .splines import along_rows, spline
 
-#: Frequencies that a sum of gusts has [Hz]: those of the spectrum of the NPD.
+#: Frequency range of gusts [Hz]: that of the NPD spectrum.
 LOWEST, HIGHEST = 1 / 600, 0.5
-#: Components of a sum of gusts, one in each of so many equal ratios of frequencies.
+#: Number of gust components, one in each of as many bins of equal frequency ratio.
 COMPONENTS = 200
-#: Height of a wind that spectra are of [m].
+#: Reference height of the wind spectra [m].
 HEIGHT = 10.0
 
 
@@ -52,7 +52,7 @@ def turned(vector: Array, by: complex) -> Array:
 
 
 class Grid:
-    """A current by rows [t, z, u, v]: z in ascending order, and the velocities there over time."""
+    """A current given by rows [t, z, u, v]: increasing z, and the velocities there over time."""
 
     def __init__(self, rows: Sequence[Any]):
         table = np.asarray(rows)
@@ -90,14 +90,14 @@ def force_over_time(section: ExternalForce) -> Callable[[float], Array]:
 
 
 def npd_spectrum(f: Array, speed: float) -> Array:
-    """Spectrum [m^2/s] at 10 m of an hourly mean speed there (NPD; ISO 19901-1, A.7.4)."""
+    """Spectrum [m^2/s] at 10 m for an hourly mean speed there (NPD; ISO 19901-1, A.7.4)."""
     n = 0.468
     scaled = 172.0 * f * (speed / 10) ** -0.75
     return np.asarray(320.0 * (speed / 10) ** 2 / (1 + scaled**n) ** (5 / (3 * n)))
 
 
 def kaimal_spectrum(f: Array, speed: float, turbulence: float) -> Array:
-    """Spectrum [m^2/s] at 10 m by Kaimal (IEC 61400-1, B.2): length 8.1 times 0.7 of the height."""
+    """Kaimal spectrum [m^2/s] at 10 m (IEC 61400-1, B.2), with the length scale 8.1 times 0.7 of the height."""
     time = 8.1 * 0.7 * HEIGHT / speed
     return np.asarray((turbulence * speed) ** 2 * 4 * time / (1 + 6 * f * time) ** (5 / 3))
 
@@ -110,7 +110,7 @@ def spectrum_of(wind: Wind) -> Callable[[Array], Array]:
 
 
 class Gusts:
-    """Deviation of the wind's speed at 10 m: a sum of components whose frequencies and phases a seed draws [m/s]."""
+    """Deviation of the wind speed at 10 m [m/s]: a sum of components with random frequencies and phases."""
 
     def __init__(self, wind: Wind, seed: int):
         edges = np.geomspace(LOWEST, HIGHEST, COMPONENTS + 1)
@@ -130,7 +130,7 @@ class Gusts:
 
 
 def wind_over_time(wind: Wind, seed: int | None) -> Callable[[float], tuple[float, Array]]:
-    """(speed at 10 m [m/s], direction) over time; seed: of the gusts, None: without them."""
+    """(speed at 10 m [m/s], direction) over time; seed: that of the gusts, None: no gusts."""
     turn, towards = turning(wind.over_time), heading(wind.direction_deg)
     gusts = Gusts(wind, seed) if wind.gusts is not None and seed is not None else None
 
@@ -154,7 +154,7 @@ def seed_of(scene: Any, wind: Wind) -> int:
 
 
 def tide_of(scene: Scene) -> Callable[[float], float]:
-    """Height of still water above that at t = 0 over time [m]: along the rows of a tide, 0 without one.
+    """Tide level relative to t = 0 over time [m], from the rows of a tide; 0 without one.
 
     Raises InputError for a tide that leaves no water.
     """
@@ -174,12 +174,12 @@ def _tide(rows: Sequence[Any], depth: float) -> Callable[[float], float]:
 
 
 def range_of_tide(scene: Scene) -> tuple[float, float]:
-    """The lowest and the highest height of still water in a scene, above that at t = 0, and of 0 [m]."""
+    """Lowest and highest tide level of a scene relative to t = 0, 0 included [m]."""
     return _range(scene.sea.tide) if scene.sea and scene.sea.tide else (0.0, 0.0)
 
 
 def _range(rows: Sequence[Any]) -> tuple[float, float]:
-    """Extremes of the spline through rows [t, z], which may lie between them, above its value at t = 0."""
+    """Extremes of the spline through rows [t, z], possibly between rows, relative to its value at t = 0."""
     table = np.asarray(rows)
     path, times = spline(table), table[:, 0]
     heights = _extremes(path, times) - path(np.clip(0.0, times[0], times[-1]))
@@ -187,13 +187,13 @@ def _range(rows: Sequence[Any]) -> tuple[float, float]:
 
 
 def rate_of_tide(rows: Sequence[Any]) -> float:
-    """Largest rate of the spline through rows [t, z], which may lie between them [m/s]."""
+    """Largest rate of the spline through rows [t, z], possibly between rows [m/s]."""
     table = np.asarray(rows)
     return float(np.abs(_extremes(spline(table).derivative(), table[:, 0])).max())
 
 
 def _extremes(path: Any, times: Array) -> Array:
-    """Values of a piecewise polynomial at its knots and where it turns."""
+    """Values of a piecewise polynomial at its knots and its stationary points."""
     turns = path.derivative().roots(extrapolate=False)[0]  # not finite where it is constant
     found: Array = path(np.concatenate([times, turns[np.isfinite(turns)]]))
     return found
@@ -203,7 +203,7 @@ def _extremes(path: Any, times: Array) -> Array:
 
 
 def direction_over_time(current: Current) -> Callable[[float], Array]:
-    """Direction of a current times the factor of its speed, over time."""
+    """Direction of a current times its speed factor, over time."""
     turn, towards = turning(current.over_time), heading(current.direction_deg)
     return lambda t: turned(towards, turn(t))
 

@@ -1,13 +1,13 @@
 """The hull of a buoy in water: its strips and faces on the cells of one mesh, and the loads on them.
 
-Quadrature along the axis follows the water plane.  The wet section is smooth along the axis but for the stations of
-the hull and for the two heights at which the surface begins and ends to cut the disks, where the wet area goes like the
-power 3/2 of the distance.  So the intervals between stations are cut there, dry pieces are left out, and on the pieces
-that are cut the angle theta, c = -cos(theta), is the variable of integration: Gauss's points then converge as fast as
-on the others, at any tilt, upright too.
+Quadrature along the axis follows the water plane.  The wet section is smooth along the axis except at the stations of
+the hull and at the two heights between which the surface cuts the disks, where the wet area varies with the power 3/2
+of the distance.  The intervals between stations are therefore split there, dry pieces are left out, and on pieces cut
+by the surface the angle theta, c = -cos(theta), is the variable of integration: Gauss points then converge as fast as
+elsewhere, at any tilt, including upright.
 
-Points are found anew before every evaluation of residual and Jacobian, and stay where they are in differentiation:
-what the integral changes by their motion is the error of the quadrature.  It is done in C, as a hook of the System.
+Points are recomputed before every evaluation of residual and Jacobian, and kept fixed in differentiation: the integral
+depends on their position only through the quadrature error.  This is done in C, as a hook of the System.
 """
 
 import itertools
@@ -33,16 +33,16 @@ from .kinematics import on_axis, on_cells, weighted
 from .sea import SeaState
 
 WET, CUT, FACE = 1, 2, 3  #: tags of cells
-ZETA, RADIUS, LENGTH, TAPER = range(4)  #: numbers of a point: on the axis, R, weight [m], |R'|
+ZETA, RADIUS, LENGTH, TAPER = range(4)  #: values per point: height on the axis, R, weight [m], |R'|
 SUBMERGED = 7  #: numbers of `WetHull.submerged`
 
 
 class PointGroup:
-    """Points, each on a cell of the length 1 of a mesh: a piece of the axis has those of Gauss's rule of `degree`.
+    """Points, each on a mesh cell of unit length: on each piece of the axis those of the Gauss rule of `degree`.
 
-    coefficient: a Function of four numbers, ZETA, RADIUS, LENGTH and TAPER.  To integrate over the axis is to integrate
-    LENGTH over the `cells`, with one point.  (One cell with many points would be the same to FFCx; but cells are done
-    several at a time, `solver.simd`.)
+    coefficient: a Function of four numbers, ZETA, RADIUS, LENGTH and TAPER.  An integral over the axis is that of
+    LENGTH over the `cells`, with one point each.  (For FFCx one cell with many points would be equivalent, but several
+    cells are evaluated at a time, see `solver.simd`.)
     """
 
     def __init__(self, mesh, cells, degree):
@@ -53,14 +53,14 @@ class PointGroup:
         self.places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
 
     def describe(self, group, out, count):
-        """Fill in C's description.  out: for the numbers of the coefficient, count: of points in use, array of one."""
+        """Fill in the C description; out: array for the coefficient, count: array (1,) for the number of points."""
         group.points, group.at, group.weights = len(self.at), address(self.at), address(self.weights)
         group.capacity, group.places = len(self.cells), address(self.places)
         group.out, group.count = address(out), address(count)
 
 
 class HullPoints(NamedTuple):
-    """The points of a hull: where its disks are all wet, and where the surface cuts them."""
+    """The points of a hull: on fully wet disks, and on disks cut by the surface."""
 
     wet: PointGroup
     cut: PointGroup
@@ -69,8 +69,8 @@ class HullPoints(NamedTuple):
 class WetHull:
     """Strips, each at a point of `HullPoints`, and faces, each on a cell of `mesh`, whose cells have the length 1.
 
-    buoy, solver: sections of the scene.  terms: [(effect, its constants)] of what the scene calls for.  water: the
-    SeaState on the mesh.  center: Constant, the height of C above the keel.
+    buoy, solver: scene sections.  terms: [(effect, its constants)] of the effects of the scene.  water: the SeaState on
+    the mesh.  center: Constant, the height of C above the keel.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class WetHull:
         return function
 
     def _waves_at_points(self, faces):
-        """Tag -> where an irregular sea is wanted."""
+        """Tag -> points where an irregular sea is sampled."""
         places = 3 * compat.cell_dofs(self.face.function_space)[faces]
         found = {WET: on_axis(self.points.wet), CUT: on_axis(self.points.cut)}
         found[FACE] = on_cells(self.mesh, faces, self.face, places, radius=2)
@@ -128,7 +128,7 @@ class WetHull:
     # -- points that follow the water -------------------------------------------------------------------------------
 
     def follow(self, system: System, state: fem.Function, fields: Fields) -> None:
-        """Before every evaluation of a System the points go where its state wants them.  state: the Function."""
+        """Update the points before every evaluation of a System; state: the Function."""
         count = lambda group: system.shared.count(group.mesh, group.cells)  # noqa: E731
         context, body = self._following(state, fields, system.numbers_of, count)
         self._alive.append(context)
@@ -138,7 +138,7 @@ class WetHull:
 
     def place_points(self, state: fem.Function, fields: Fields) -> None:
         """Write the points for the present values of Functions and Constants into the coefficients."""
-        if self._to_coefficients is None:  # made once: records ask for this at every instant
+        if self._to_coefficients is None:  # created once: records need this at every instant
             counts = {id(group): np.zeros(1, dtype=np.int32) for group in self.points}
             context, body = self._following(state, fields, array_of, lambda group: counts[id(group)])
             self._alive.append(counts)
@@ -149,9 +149,9 @@ class WetHull:
             write()
 
     def _following(self, state, fields, read, count):
-        """(C's description of the points that follow a state, arrays of the body and its height for the sea).
+        """(C description of the points following a state, arrays of the body and its height for the sea).
 
-        read: Function or Constant -> the array of its numbers, which must live as long as the description.  count:
+        read: Function or Constant -> the array of its values, which must live as long as the description.  count:
         PointGroup -> an array for the number of its points in use.
         """
         u, context = fields.of(read(state)), core().ffi.new("hull_points *")
@@ -173,7 +173,7 @@ class WetHull:
     # -- forms --------------------------------------------------------------------------------------------------------
 
     def _strip(self, state, zeta, radius, section, tag):
-        """section(radius, d, x, flow): area and first moment of what is wet."""
+        """Strip with section(radius, d, x, flow), the wet area and its first moment."""
         d = axis(state.quaternion)
         lever = (zeta - self.center) * d
         flow = self.water.flow(state.position + lever, *self._sampled.get(tag, ()))
@@ -182,7 +182,7 @@ class WetHull:
         return hull.Strip(lever, d, radius, flow, *section(radius, d, state.position + lever, flow), state.motion)
 
     def strips(self, state: Body) -> list[tuple]:
-        """[(strip at a point, |R'| there, weight of the point [m], measure)]; state: what `Buoy.kinematics` says."""
+        """[(strip at a point, |R'| there, weight of the point [m], measure)]; state: from `Buoy.kinematics`."""
         section = partial(hull.wet_section, least_tilt=hull.LEAST_TILT)
         groups = (self.points.wet, hull.full_section, WET), (self.points.cut, section, CUT)
         return [
@@ -196,7 +196,7 @@ class WetHull:
         return self._strip(state, self.face[0], self.face[2], section, FACE)
 
     def densities(self, strip: hull.Strip) -> list[tuple]:
-        """[(effect, force per wet area and metre of axis, couple likewise or None)]."""
+        """[(effect, force per wet area and metre of axis, couple per the same or None)]."""
         found = []
         for effect, c in self.terms:
             force = effect.strip and effect.strip(c, self.water.density, strip)
@@ -206,7 +206,7 @@ class WetHull:
         return found
 
     def on_faces(self, strip: hull.Strip, face: hull.Face) -> list[tuple]:
-        """[(effect, force, torque about C)] on a face, what is absent None."""
+        """[(effect, force, torque about C)] on a face, None where absent."""
         found = [(e, *e.face(c, self.water.density, strip, face)) for e, c in self.terms if e.face]
         return [(effect, F, torque) for effect, F, torque in found if F is not None or torque is not None]
 
@@ -224,7 +224,7 @@ class WetHull:
         return found
 
     def forms(self, state: Body, test_force: Expr, test_torque: Expr) -> list[ufl.Form]:
-        """The loads in the momentum balances, all effects together: common factors are computed once."""
+        """The loads in the momentum balances, all effects combined so that common factors are computed once."""
         tests, found = (test_force, test_torque), []
         for strip, taper, length, dx in self.strips(state):
             densities = self.densities(strip)
@@ -247,9 +247,9 @@ class WetHull:
 
 
 def _degrees(solver):
-    """Degrees of Gauss's rules on pieces that are wet, and on those that are cut.
+    """Degrees of the Gauss rules on wet pieces and on pieces cut by the surface.
 
-    A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations.
+    A third of the points suffices on wet pieces: three are exact for moments of R^2, quadratic between stations.
     """
     degree = solver.hull_quadrature_degree
     return 2 * max(3, (degree + 1) // 6) - 1, degree
@@ -264,13 +264,13 @@ def _parts(solver, shape):
 
 
 def _tested(loads, tests):
-    """Sum of (force, torque), each or none, with the tests of the balances."""
+    """Sum of (force, torque), either possibly None, times the test functions of the balances."""
     totals = (add(parts) for parts in zip(*loads, strict=True))
     return add([None if total is None else ufl.inner(total, test) for total, test in zip(totals, tests, strict=True)])
 
 
 def add_forms(forms: list[ufl.Form]) -> ufl.Form:
-    """Their sum, without the sums on the way: UFL looks through each of these."""
+    """Sum of forms without intermediate sums, each of which UFL would process."""
     return ufl.Form([integral for form in forms for integral in form.integrals()])
 
 

@@ -1,8 +1,8 @@
 """Winches: pieces of line whose unstretched length is a function of time.
 
-All of a piece grows or shrinks alike, as where it is the part next to a drum: its elements keep their places in it, and
-what is paid out has the velocity of the line there.  In the forms nothing changes: they are integrals over elements,
-whose lengths on the mesh follow the time.
+A piece, such as the part of a line next to a drum, is lengthened or shortened uniformly: its elements keep their
+relative positions, and line paid out has the velocity of the line there.  The forms are unchanged: they are integrals
+over elements, whose lengths on the mesh vary with time.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 def path_of(rows: Sequence[Any]) -> Any:
-    """Length [m] over time through rows [t, length]: a cubic between each two, as monotone as they are, at rest before
-    the first and after the last row."""
+    """Length [m] over time through rows [t, length]: monotone piecewise cubic, at rest before the first and after the
+    last row."""
     from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
     t, length = np.array(rows).T
@@ -34,12 +34,12 @@ def path_of(rows: Sequence[Any]) -> Any:
 
 
 class Winch:
-    """The pieces of some Lines that change their length, on the owned cells of their mesh.
+    """The pieces of some Lines with varying length, on the owned cells of their mesh.
 
-    driven: number of a piece -> its length [m] as a function of time, in place of the scene's rows.
+    driven: number of a piece -> its length [m] as a function of time, overriding the scene's rows.
     """
 
-    #: Time over which a rate is a difference [s].
+    #: Time interval for numerical differentiation of a rate [s].
     INSTANT = 1e-4
 
     def __init__(self, lines: "Lines"):
@@ -50,7 +50,7 @@ class Winch:
         self._rate: Any = None
 
     def follow(self, system: Any) -> None:
-        """Let the forms of a System see the lengths."""
+        """Provide the lengths to the forms of a System."""
         self._now = system.shared.coordinates(self.lines.mesh)
 
     def _paths(self) -> list[tuple[int, Any]]:
@@ -58,7 +58,7 @@ class Winch:
         return [*self.driven.items(), *((k, path_of(one)) for k, one in rows.items())]
 
     def clock(self, time: Array) -> list[Callable[[], Any]]:
-        """Functions that give the pieces their lengths at time[0]."""
+        """Functions that set the lengths of the pieces at time[0]."""
         lines, found = self.lines, []
         for number, path in self._paths():
             cells, begin = lines.cells_of[number], lines.begins[number]
@@ -78,7 +78,7 @@ class Winch:
         return float(np.sum(ends[:, 3] - ends[:, 0]))
 
     def publish(self, time: float) -> None:
-        """Give the mesh itself these lengths, and their rates at a time, for forms that no System evaluates."""
+        """Update the lengths of the mesh itself, and their rates at a time, for forms that no System evaluates."""
         compat.move_vertices(self.lines.mesh, self._now)
         if self._rate is None:
             return
@@ -89,7 +89,7 @@ class Winch:
             values[dofs[self.lines.cells_of[number]]] = (ends[2] - ends[0]) / self.INSTANT / ends[1]
 
     def power(self) -> Any:
-        """Power per unstretched length [W/m] as UFL with which winches feed the line."""
+        """Power fed into the line by winches, per unstretched length [W/m], as UFL."""
         lines = self.lines
         if self._rate is None:
             self._rate = fem.Function(compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0)))
