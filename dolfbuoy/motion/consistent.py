@@ -1,7 +1,7 @@
-"""Consistent initial values: what velocity, acceleration and tension a given start really has.
+"""Consistent initial values: velocity, acceleration and tension for a given start.
 
-The tension of an inextensible cable, and the force at a mooring point, are second derivatives in disguise.  At t = 0
-they follow from the positions, the velocity that the constraints admit, and the loads.
+The tension of an inextensible cable and the force at a mooring point are Lagrange multipliers (index 3).  At t = 0
+they follow from the positions, the velocity admitted by the constraints, and the loads.
 """
 
 import numpy as np
@@ -11,18 +11,18 @@ from .schemes import BackwardEuler, Predictor
 
 
 def make_consistent(simulation) -> None:
-    """Project the velocity onto the constraints and find the tension and acceleration that go with it.
+    """Project the velocity onto the constraints and find the corresponding tension and acceleration.
 
-    By tiny backward-Euler steps: the first one finds the admissible velocity that is nearest in kinetic energy.  All is
-    right up to the square of that step.  The tension of an elastic cable is exactly that of its stretch, unless that
-    gives only the mean of an element (strain = "element-average").
+    This uses tiny backward-Euler steps, the first of which finds the admissible velocity nearest in kinetic energy.
+    Errors are of the order of that step squared.  The tension of an elastic cable is exactly that of its stretch,
+    unless only its element mean is defined (strain = "element-average").
     """
     u0, past, scheme = simulation.system.u.copy(), simulation.past, simulation.scheme
     past.use(BackwardEuler())
     memory = [{name: values.copy() for name, values in model.items()} for model in simulation.memory]
     h = max(1e-3 * simulation.scene.time.step, 1e-5)  # not smaller: rounding in the tension grows like 1/h^2
     first = _settle(simulation, u0, h)
-    second = _settle(simulation, u0, h)  # what it adds to an admissible velocity, both have added
+    second = _settle(simulation, u0, h)  # its change of an admissible velocity is in both, and cancels below
     for series, (rate1, value1), (rate2, value2) in zip(past.series, first, second, strict=True):
         series.rate, series.values[0][:] = 2 * rate1 - rate2, 2 * value1 - value2
     for series, rate in zip(past.series, past.series[1:], strict=False):
@@ -43,11 +43,11 @@ def make_consistent(simulation) -> None:
 
 
 def _settle(simulation, u0, h):
-    """Three steps of h from the positions u0 with the velocity at hand, and back; puts the forces of t = 0 into u0.
+    """Take three steps of h from the positions u0 with the present velocity, and return; set the forces at t = 0 in u0.
 
-    Returns [(rate, value) of each series], with which the series begin anew.  Velocities are centred at
-    t = 0: those of the first two steps belong to h/2 and 3 h/2, as the positions show.  Accelerations and forces are
-    extrapolated from the ends of the second and third step, because the first one is a blow.
+    Returns [(rate, value) of each series], with which the series restart.  Velocities are centred at t = 0: those
+    of the first two steps belong to h/2 and 3 h/2, as the positions show.  Accelerations and forces are extrapolated
+    from the ends of the second and third step, because the first one contains an impulse.
     """
     system, past = simulation.system, simulation.past
     system.u[:], simulation.t = u0, 0.0
@@ -71,10 +71,10 @@ def _settle(simulation, u0, h):
 
 
 def _at_start(of_step, lagged, positions):
-    """(rate, value) of a series at t = 0, from those after three steps; positions: those of the start.
+    """(rate, value) of a series at t = 0, from those after three steps; positions: initial values.
 
-    What the scheme makes out of positions, the rates of positions and the values of momenta, is centred; what it makes
-    out of those in turn is extrapolated.
+    First derivatives computed by the scheme (rates of positions and values of momenta) are centred; second derivatives
+    are extrapolated.
     """
     (rate1, value1), (rate2, value2), (rate3, _) = of_step
     rate = np.where(lagged, 3 * rate2 - 2 * rate3, 1.5 * rate1 - 0.5 * rate2)
@@ -82,9 +82,9 @@ def _at_start(of_step, lagged, positions):
 
 
 def _solve_tension(simulation, lines, u0):
-    """Put into u0 the tension of elastic lines with the positions of u0 and the velocity of their past.
+    """Set the tension of elastic lines in u0 from the positions in u0 and the velocity of their past.
 
-    Newton on the rows of the strain equation (11)_2, element by element.
+    Newton's method on the rows of the strain equation (11)_2, element by element.
     """
     system = simulation.system
     evolution = next(evolution for evolution in simulation.past.evolutions if evolution.part is lines.part)

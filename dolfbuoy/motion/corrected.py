@@ -1,8 +1,8 @@
-"""A second trajectory along with a run, without the leading error of its time steps.
+"""A second trajectory alongside a run, without the leading error of its time steps.
 
-A scheme's rate is y_t - lag h^p y^(p+1).  With lag D^p y_t, from differences of the run's own rates, added to the
-histories of all derivatives, the same equations have the solution of this mesh without that error.  It stays so near
-the run's that one solve with the matrix Newton has left is enough, or a few where steps are long:
+A scheme's rate is y_t - lag h^p y^(p+1).  If lag D^p y_t, from differences of the run's own rates, is added to the
+histories of all derivatives, the same equations give the solution on this mesh without that error.  It is so close to
+the run that one solve with Newton's last matrix suffices, or a few if steps are long:
 
     w = v - J^-1 F(v; h_w + lag D^p y_t),        v = u + (w - u extrapolated)
 
@@ -23,15 +23,15 @@ from .simulation import Simulation, listed
 #: (-1)^j (p over j): differences of order p of the rates, newest first.
 DIFFERENCES = {1: (1.0, -1.0, 0.0), 2: (1.0, -2.0, 1.0)}
 
-#: Increments end with one of this size, relative to the unknowns' typical sizes; of so many at most.
+#: Size of the last increment, relative to the unknowns' typical sizes, and the largest number of increments.
 ENOUGH, MOST = 1e-3, 6
 
 
 def can_follow(scene: Scene) -> bool:
     """True if a run of the scene can have a corrected trajectory.
 
-    Contact with a bed, lines that go slack or part and friction have no derivative in time, adaptive steps no equal
-    ones, and generalized-alpha no rates that are smooth enough.
+    It cannot with bed contact, tension-only or failing lines (not smooth in time), with adaptive steps (not equal), or
+    with generalized-alpha (rates not smooth enough).
     """
     smooth = all(p.section.slack == "compressive" and not p.section.fails_at for p in scene.network.pieces)
     scheme = make_scheme(scene.time.scheme)
@@ -39,14 +39,14 @@ def can_follow(scene: Scene) -> bool:
 
 
 class Corrected:
-    """The trajectory w that follows a Simulation of equal steps with backward Euler or BDF2.
+    """The trajectory w that follows a Simulation with equal steps of backward Euler or BDF2.
 
-    Of scenes where nothing but the unknowns is remembered from step to step.  `end_forces`: forces that hold the ends
-    of each cable [N], (cable, 3), by their names in a record, of the latest step.
+    For scenes without any memory other than the unknowns.  `end_forces`: forces that hold the ends of each cable [N],
+    (cable, 3), by their names in a record, at the latest step.
     """
 
     def __init__(self, simulation: Simulation, state: dict[str, Any] | None = None, until: float = math.inf) -> None:
-        """state: of the one that followed the same run until now; without it the run is at its start.  until: [s]."""
+        """state: from the Corrected that followed the same run so far; None: the run is at its start.  until: [s]."""
         self.until = until
         self.simulation, self.system = simulation, simulation.system
         run, u = simulation.past, self.system.u
@@ -54,7 +54,7 @@ class Corrected:
         self._difference, self._time = Predictor(), np.zeros(1)
         self._older = [np.array(series.previous_rate) for series in run.series]  #: the run's rates before its last two
         self._u, self._apart = u.copy(), np.zeros_like(u)
-        self.steps, self.step, self.follows = 0, 0.0, True  #: follows: whether all steps were equal, and short enough
+        self.steps, self.step, self.follows = 0, 0.0, True  #: follows: all steps were equal and short enough
         self._read_end_forces, self.end_forces = simulation.reader_of_end_forces()
         self._leave, self._made_for = copies([(u, self._u)]), None
         if state is None:
@@ -66,7 +66,7 @@ class Corrected:
     # -- interruption -------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """All that the rest of the run depends on; nothing is copied."""
+        """Everything that the rest of the run depends on; nothing is copied."""
         known = {"steps": self.steps, "step": self.step, "follows": self.follows, "past": self.past.state()}
         older = {str(level): row for level, row in enumerate(self._older)}
         jacobians, (places, *_) = self.system.add_jacobians.out, self.system.entries_of_ends
@@ -78,7 +78,7 @@ class Corrected:
         self.steps, self.step, self.follows = int(state["steps"]), float(state["step"]), bool(state["follows"])
         for row, kept in zip(self._older, listed(state, "older"), strict=True):
             row[:] = kept
-        places, *_ = self.system.entries_of_ends  # of the matrix that Newton has left, which goes on with it
+        places, *_ = self.system.entries_of_ends  # of Newton's last matrix, which remains in use
         self.system.add_jacobians.out[places] = state["at_ends"]
 
     # -- steps --------------------------------------------------------------------------------------------------------
@@ -86,8 +86,8 @@ class Corrected:
     def follow(self, step: float) -> bool:
         """Take the step that the run has just taken; `u` of the System is w until `leave`.
 
-        False, and `u` the run's, after `until`, and from the first step on that has another size, or is too long for
-        this trajectory.
+        Returns False, with `u` that of the run, after `until`, and from the first step on that differs in size or is
+        too long for this trajectory.
         """
         self.follows &= self.steps == 0 or same_step(self.step, step)
         self.follows &= self.simulation.t < self.until + step / 2
@@ -112,7 +112,7 @@ class Corrected:
         return True
 
     def leave(self) -> None:
-        """`u` of the System is the run's again."""
+        """Restore `u` of the System to that of the run."""
         self._leave()
 
     def _make_functions(self):
@@ -138,11 +138,11 @@ class Corrected:
         )
 
     def _truncation(self):
-        """Functions that add the run's truncation error to the histories, and then make older what are past rates."""
+        """Functions that add the run's truncation error to the histories and then shift the past rates."""
         scheme, run, functions = self.simulation.scheme, self.simulation.past.series, []
-        gamma, _ = scheme.formula(self.simulation.scene.time.step)  # whatever the last digit of this step
+        gamma, _ = scheme.formula(self.simulation.scene.time.step)  # the nominal step, regardless of rounding
         weights = scheme.lag * np.array(DIFFERENCES[scheme.order])
-        if self.steps + 1 < scheme.order:  # the rates before the start are not those of any motion
+        if self.steps + 1 < scheme.order:  # there is no motion before the start
             weights[:] = 0.0
         for level, series in enumerate(self.past.series):
             rows, factors = [series.history], [np.ones(1)]

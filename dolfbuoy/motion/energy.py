@@ -1,10 +1,10 @@
-"""Energies and powers of a run, from the equations that it solves.
+"""Energies and powers of a run, from the equations it solves.
 
-The semi-discrete equations balance exactly.  Tested with the velocity, Eq. (11)_1 says that kinetic, elastic and
-gravitational energy of the cable change by the work of its top and of the water.  The mixed tension does no other work
-if the cable is inextensible, or if its tension is constant on each element: then Eq. (11)_2 makes T/(1+e) r'.r'_t equal
-to T e_t.  A bending stiffness stores 1/2 |m|^2/EI.  The buoy's energy changes by the work of water, wind, external
-force and cable.
+The semi-discrete equations balance exactly.  With the velocity as test function, Eq. (11)_1 equates the change of the
+cable's kinetic, elastic and gravitational energy to the work at its top and of the water.  The mixed tension does no
+other work if the cable is inextensible or its tension is constant on each element: then T/(1+e) r'.r'_t = T e_t by
+Eq. (11)_2.  Bending stores 1/2 |m|^2/EI.  The buoy's energy changes by the work of water, wind, external force and
+cable.
 """
 
 from functools import partial
@@ -20,21 +20,21 @@ from ..model.rigid import rotation_of
 from ..solver import compat
 from ..solver.unknowns import Contribution, Part
 
-#: Energies [J]; the others are powers [W].
+#: Accounts that are energies [J]; all others are powers [W].
 STORED = ("kinetic", "elastic", "gravity")
 
 
 class Meter:
     """Energies and powers of a Simulation on one rank.
 
-    The powers are those of the effects that the scene calls for (`model.effects`), each in the account that its
-    declaration names.  drag: f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water
-    does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull, and of lines and bodies where the water ends
-    at the surface (elsewhere it is in their weight).  damping: what stays in the material of the cable, and what
-    radiated waves take.  drift: of mean drift.  bed: what the dampers of the sea bed take (its springs are elastic).
-    friction: of the bed.  outer: wind, external force, rotational damping.  take_off: what power take-offs absorb,
-    never positive.  top: of ends and buoys that are moved.  winch: what winches feed into lines.  loads: of what a
-    caller puts on buoys, joints and ends, as numbers or by functions (`coupling`).
+    The powers are those of the effects of the scene (`model.effects`), each in the account given by its declaration.
+    drag: f . v_rel, never positive.  stream: f . v_water of the same forces, the work of the moving water.  inertia:
+    added mass and Froude-Krylov forces.  buoyancy: that of the hull, and of lines and bodies that may leave the water
+    (otherwise it is included in their weight).  damping: dissipation in the material of the cable, and wave radiation.
+    drift: mean drift.  bed: dampers of the sea bed (its springs are elastic).  friction: bed friction.  outer: wind,
+    external force, rotational damping.  take_off: absorption by power take-offs, never positive.  top: moved ends and
+    buoys.  winch: power fed into lines by winches.  loads: those applied by a caller to buoys, joints and ends, as
+    numbers or functions (`coupling`).
     """
 
     def __init__(self, simulation):
@@ -59,7 +59,7 @@ class Meter:
             self._add(buoy, self._buoy(buoy))
 
     def _add(self, model, densities):
-        """densities: [(account, integrand, measure)]; one linear form, whose components are the accounts."""
+        """Add one linear form whose components are the accounts; densities: [(account, integrand, measure)]."""
         if not densities:
             return
         names = list(dict.fromkeys(name for name, _, _ in densities))
@@ -74,7 +74,7 @@ class Meter:
 
     @staticmethod
     def _masses(model, density, stretched, own=()):
-        """Densities of lines or bodies; density: of mass, stretched: force -> force over dx, own: further accounts."""
+        """Densities of lines or bodies; density: mass density, stretched: force -> force per dx, own: further ones."""
         (r, *_, v, _), dx = model.kinematics(), model.dx
         water = model.water_at(r).velocity
         found = [("kinetic", 0.5 * density * ufl.inner(v, v), dx), *_weight(model.weight(), r, v, dx)]
@@ -88,7 +88,7 @@ class Meter:
         state, found = buoy.kinematics(), []
         v, omega = state.motion.velocity, state.motion.angular_velocity
         for load in (*buoy.point_loads(state), *buoy.water_loads(state)):
-            if load.account is None:  # the weight has an energy
+            if load.account is None:  # weight is accounted for as energy
                 continue
             if load.force is not None:
                 found += _powers(load.account, buoy.one * load.force, v, load.water, load.measure)
@@ -97,7 +97,7 @@ class Meter:
         return found
 
     def read(self) -> dict[str, float]:
-        """All numbers at the present time."""
+        """All energies and powers at the present time."""
         accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
         values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top", "loads"), 0.0)
         problem = self.simulation.problem
@@ -132,7 +132,7 @@ class Meter:
 
     @staticmethod
     def _work_at_ends(problem):
-        """Power of the forces on free ends, and on those that are moved [W]."""
+        """Power of the forces on free and moved ends [W]."""
         found = 0.0
         for lines in problem.lines.groups:
             v = _velocity(lines, problem.system.u)
@@ -149,13 +149,13 @@ def _velocity(model, u):
 
 
 def _weight(forces, r, v, measure):
-    """[(account, energy or power, measure)] of a weight, and of a buoyancy that ends at the surface."""
+    """[(account, energy or power, measure)] of a weight, and of a separate buoyancy if there is one."""
     weight, *buoyancy = forces
     return [("gravity", -ufl.inner(weight, r), measure), *(("buoyancy", ufl.inner(f, v), measure) for f in buoyancy)]
 
 
 def _powers(account, force, velocity, water, measure):
-    """[(account, power, measure)] of a force; that of a drag is split into f . v_rel and f . v_water."""
+    """[(account, power, measure)] of a force; for drag, split into f . v_rel and f . v_water."""
     if account != "drag" or water is None:
         return [(account, ufl.inner(force, velocity), measure)]
     return [(account, ufl.inner(force, velocity - water), measure), ("stream", ufl.inner(force, water), measure)]

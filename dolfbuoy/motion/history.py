@@ -1,7 +1,7 @@
-"""The past of all that evolves: a series of values for the unknowns, and for every derivative but the last.
+"""The history of all evolving quantities: a series of values for the unknowns and for every derivative but the last.
 
-The series of a level hold the entries of all models at once, so that a step takes as few operations for many lines and
-bodies as for one.
+The series of a level hold the entries of all models together, so that a step takes as few operations for many lines
+and bodies as for one.
 """
 
 import itertools
@@ -18,14 +18,14 @@ from .schemes import HISTORY, KEPT, Series, Sum, same_step
 class Past:
     """Series of the evolutions of a rank: of their entries, of the first derivatives of those of second order, ...
 
-    evolutions: those of higher order first.  u: the local unknowns, an array that stays where it is.
-    The rate of each series is the value of the next one.  Derivatives are rates that the scheme makes: they lag.
+    evolutions: those of higher order first.  u: the local unknowns, an array at a fixed address.
+    The rate of each series is the value of the next one.  Derivatives are rates computed by the scheme, hence lagged.
     """
 
     def __init__(self, evolutions, u, scheme):
         self.evolutions, self.u, self.scheme, self.series = evolutions, u, scheme, []
         ends = np.cumsum([0, *(evolution.size for evolution in evolutions)])
-        #: Where the entries of each evolution are.
+        #: Place of the entries of each evolution.
         self.places = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.order = max((evolution.order for evolution in evolutions), default=0)
         if any(one.order < two.order for one, two in itertools.pairwise(evolutions)):
@@ -37,7 +37,7 @@ class Past:
                 evolution.hand_out(level, 0.0, 0.0)
 
     def _of_all(self, get, kind=float, order=1):
-        """get(evolution) of those of this order at least, concatenated."""
+        """get(evolution) for evolutions of at least this order, concatenated."""
         return np.concatenate([np.zeros(0, kind), *(get(e) for e in self.evolutions if e.order >= order)])
 
     def entries(self, u):
@@ -45,13 +45,13 @@ class Past:
         return self._of_all(lambda evolution: evolution.values(u))
 
     def begin(self, rates=()):
-        """As at a start, from the unknowns at hand.  rates: their derivatives from the first one on; the rest are 0."""
+        """Restart from the present unknowns; rates: their derivatives from the first one on, 0 if not given."""
         known = [self.entries(self.u), *rates]
         known += [np.zeros_like(known[0])] * (self.order + 1 - len(known))
         self.set_series([(known[k][: len(sizes)], known[k + 1][: len(sizes)]) for k, sizes in enumerate(self.sizes)])
 
     def set_series(self, pairs):
-        """Series that begin with these (value, rate), level by level."""
+        """Create series starting from these (value, rate), level by level."""
         self.series = []
         for value, rate in pairs:
             new = self.series[-1].new_rate[: len(value)] if self.series else None
@@ -59,7 +59,7 @@ class Past:
         self._operations = None
 
     def use(self, scheme):
-        """Go on with another scheme."""
+        """Continue with another scheme."""
         self.scheme, self._operations = scheme, None
 
     @property
@@ -70,7 +70,7 @@ class Past:
         return self._operations
 
     def prepare(self, step):
-        """Be ready for the operations of a step; returns gamma of the first derivative."""
+        """Prepare the operations of a step; returns gamma of the first derivative."""
         if not self.series:
             self._kept = None, None
             return 1 / step
@@ -87,12 +87,12 @@ class Past:
         return self.operations.choose(step)
 
     def count_step(self):
-        """A step was taken."""
+        """Count a step taken."""
         for series in self.series:
             series.count_step(self.scheme.keep)
 
     def give_up(self):
-        """Be as before `prepare`."""
+        """Undo `prepare`."""
         last, kept = self._kept
         for series in self.series:
             series.step = last
@@ -100,7 +100,7 @@ class Past:
             self.restore(kept)
 
     def largest_difference(self, order):
-        """Largest difference to the extrapolated past, relative to the entries' sizes; None without enough past."""
+        """Largest difference from the extrapolated past, relative to the entries' sizes; None if the past is short."""
         largest = 0.0
         for series, sizes in zip(self.series, self.sizes, strict=True):
             predicted = series.extrapolated(order)
@@ -110,16 +110,16 @@ class Past:
         return largest
 
     def forget(self):
-        """Begin anew from the present values and rates."""
+        """Restart from the present values and rates."""
         for series in self.series:
             series.forget()
         for series, rate in zip(self.series, self.series[1:], strict=False):
             series.second[: len(rate.rate)] = rate.rate
 
     def reading(self):
-        """Functions that copy the entries of the unknowns at hand to the new value of the first series.
+        """Functions that copy the entries from the present unknowns to the new value of the first series.
 
-        First those that are unknowns, then one by one those that are `computed`.
+        The first copies those that are unknowns, the others one by one those that are `computed`.
         """
         if not self.series:
             return ()
@@ -131,12 +131,12 @@ class Past:
 
     @property
     def computed(self):
-        """Places of entries that are no unknowns, but functions of these."""
+        """Places of entries that are functions of the unknowns."""
         pairs = zip(self.evolutions, self.places, strict=True)
         return [place for e, place in pairs if callable(e.reader(self.u, np.zeros(e.size)))]
 
     def rules_of_forms(self, gammas):
-        """[(array of a Constant or Function of the forms, gamma or history that belongs there), ...]."""
+        """[(array of a Constant or Function of the forms, its source: gamma or history), ...]."""
         pairs = []
         for evolution, place in zip(self.evolutions, self.places, strict=True):
             for k, (gamma, history) in enumerate(evolution.rates):
@@ -154,11 +154,11 @@ class Past:
         return slice(found[0].start, found[-1].stop)
 
     def state(self):
-        """State for a run that may be interrupted: level -> all of the series; nothing is copied."""
+        """State for an interruptible run: level -> state of the series; nothing is copied."""
         return {str(k): series.state() for k, series in enumerate(self.series)}
 
     def restore(self, state):
-        """Be as in that state."""
+        """Restore that state."""
         kept = state if isinstance(state, list) else [state[str(k)] for k in sorted(map(int, state))]
         if not self.series:
             self.set_series([(np.zeros(len(sizes)),) * 2 for sizes in self.sizes])
@@ -167,18 +167,18 @@ class Past:
 
 
 class Operations:
-    """Operations of a step on the series of a Past and on what the forms read, in C.
+    """Operations of a step on the series of a Past and on the data of the forms, in C.
 
-    Lists of functions: `begin`, before it is solved, hands its rules to the forms; `find_rates`, at its end, makes new
-    values and rates; `accept`, when it was taken, makes past of what was new (the unknowns may have been touched up in
-    between).
+    Lists of functions: `begin`, before the solve, passes the rules to the forms; `find_rates`, after it, computes new
+    values and rates; `accept`, once the step is accepted, shifts the new values to the past (the unknowns may have been
+    modified in between).
     """
 
-    REMEMBERED = 100  #: steps whose formulas are remembered; a step of the same size differs in its last digits
+    REMEMBERED = 100  #: number of cached formulas; equal steps differ by rounding
 
     def __init__(self, past: Past):
         self.scheme, self.series, self.step = past.scheme, past.series, None
-        #: Step -> gamma, the scheme's formula for C, and what that points to.
+        #: Step -> gamma, the scheme's formula for C, and the arrays it points to.
         self._known: dict[float, tuple[float, Any, Any]] = {}
         self.gammas = np.zeros(max(1, len(past.series)))
         described = core().ffi.new("series[]", max(1, len(past.series)))
@@ -196,7 +196,7 @@ class Operations:
         self.accept = [*read, advance]
 
     def choose(self, step: float) -> float:
-        """Take the formula of a step; returns gamma of the first derivative."""
+        """Select the formula of a step; returns gamma of the first derivative."""
         if step not in self._known:
             if len(self._known) == self.REMEMBERED:
                 self._known.clear()
@@ -212,7 +212,7 @@ class Operations:
 
 
 def _rule(row: int, total: Sum) -> tuple[dict[str, Any], tuple]:
-    """Fields of C's rule that puts a Sum into a row, and what they point to."""
+    """Fields of the C rule that writes a Sum to a row, and the arrays they point to."""
     weights, rows = zip(*total.terms, strict=True)
     arrays = core().ffi.new("int[]", rows), core().ffi.new("double[]", weights)
     return {"into": row, "terms": len(rows), "rows": arrays[0], "weights": arrays[1], "over": total.over}, arrays

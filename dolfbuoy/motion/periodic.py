@@ -1,13 +1,13 @@
-"""The limit cycle of what is driven periodically, before its transient has died out.
+"""The limit cycle of a periodically driven scene, without waiting for transients to die out.
 
-A state x is followed by F(x) a period later.  The cycle is x = F(x); the plain run approaches it as slowly as its
-slowest transient dies out, and a mooring may creep for hours.  Here runs of some periods alternate with leaps:
-Anderson's acceleration [Walker, Ni 2011], which takes from the last periods where their differences lead.  Leaps are
-bounded, and taken back when the cycle is not nearer afterwards.
+A state x becomes F(x) one period later.  The cycle satisfies x = F(x); a plain run approaches it only as fast as its
+slowest transient decays, and a mooring may creep for hours.  Here runs of some periods alternate with leaps by Anderson
+acceleration [Walker, Ni 2011], which extrapolates from the differences of the last periods.  Leaps are bounded, and
+undone if they do not approach the cycle.
 
-A line that is carried far along straight lines would stretch: its chords from node to node are extrapolated as
-directions and lengths, and what hangs on its end follows.  A buoy's turn about an axis of revolution is no part of the
-cycle: nothing holds it, and it may go on for ever.
+Moving the nodes of a line far along straight paths would stretch it: instead its chords from node to node are
+extrapolated as directions and lengths, and whatever is attached to its end follows.  Rotation of a buoy about its axis
+of revolution is excluded from the cycle: nothing restrains it, and it may continue for ever.
 """
 
 import math
@@ -21,27 +21,27 @@ from ..scene import Scene, load_scene, settings
 from .schemes import KEPT, Predictor
 from .stepping import StepControl
 
-#: Pairs (x, F(x)) that a leap is made of; what counts as linearly dependent among their differences.
+#: Number of pairs (x, F(x)) used in a leap; threshold of linear dependence of their differences.
 MEMORY, DEPENDENT = 20, 1e-4
-#: Periods that are run between leaps; as many more before them, once leaps bring less than SLOW or go wrong.
+#: Periods run between leaps, and as many more once a leap reduces the change by less than SLOW or fails.
 RUN, SLOW = 2, 0.5
 #: Longest leap of a point, relative to the length of its line.
 REACH = 0.01
-#: A leap has led away where the state comes back less well than before by this factor; as many pairs are then kept.
+#: A leap has failed if |F(x) - x| has grown by this factor; this many pairs are then kept.
 WORSE, KEPT_PAIRS = 10.0, 4
-#: Error over the last changes where these do not fall; leaps that did nothing for `long` left one 30 times as large.
+#: Ratio of the error to the last changes if these do not fall; a ratio of 30 was found in the scene `long`.
 ASTRAY = 100.0
 
 
 def in_equal_steps(scene: Scene) -> Scene:
-    """The scene with whole steps to a period, none larger than its own.  Raises InputError where no cycle can be."""
+    """The scene with equal steps per period, none larger than its own.  Raises InputError if no cycle can exist."""
     settings.check_time(scene)
     period = period_of_cycle(scene)
     return load_scene(scene, **{"time.step": period / math.ceil(period / scene.time.step - 1e-9)})
 
 
 def period_of_cycle(scene: Scene) -> float:
-    """The one period with which a scene is driven [s].  Raises InputError where there is none, or no cycle can be."""
+    """The single period of excitation of a scene [s].  Raises InputError if there is none, or no cycle can exist."""
     network, waves = scene.network, scene.waves
     tops = [end.top for piece in network.pieces for end in piece.ends if end.top]
     periods = {top.period for top in tops if top.period} | ({waves.main_period} if waves else set())
@@ -69,16 +69,16 @@ def period_of_cycle(scene: Scene) -> float:
 
 
 class Found(NamedTuple):
-    """Cost of a cycle: periods that were run, the ramp's among them; `error`, estimated, relative to the ranges."""
+    """Cost and accuracy of a cycle: periods run, including the ramp; estimated `error` relative to the ranges."""
 
     periods: int
     error: float
 
 
 class State:
-    """All that a Simulation carries from step to step, friction apart, in one array, and what of it decides.
+    """State of a Simulation from step to step, except friction, in one array, with weights for comparison.
 
-    length: that along which a line may turn [m].
+    length: length of line that may turn [m].
     """
 
     def __init__(self, simulation):
@@ -95,11 +95,11 @@ class State:
                 weights.append(np.zeros(len(series.rows[row])))
                 if row == 0:
                     weights[-1][self._place] = 1 / sizes[self._place]
-        #: 1/size of the lines' positions and velocities, 0 of all else.
+        #: 1/size for the lines' positions and velocities, 0 for all else.
         self._weights = np.concatenate(weights)
 
     def values(self):
-        """A copy; after the rows directions and lengths of the chords of a line in one piece."""
+        """A copy of the rows, followed by the directions and lengths of the chords of a line in one piece."""
         if not self._chained:
             return np.concatenate(self._rows)
         chords = np.diff(self._positions, axis=0)
@@ -111,17 +111,17 @@ class State:
         return self.simulation.past.series[0].rows[0][self._nodes]
 
     def weighed(self, change):
-        """Difference of two states as far as it counts, in typical sizes."""
+        """Weighted difference of two states, in typical sizes."""
         weights = self._weights
         return (change[: len(weights)] * weights)[weights > 0]
 
     def moved(self, change):
-        """Farthest way of a point of the lines [m]."""
+        """Largest displacement of a point of the lines [m]."""
         begin = len(self.simulation.system.u)
         return float(np.abs(change[begin:][self._nodes]).max())
 
     def put(self, values):
-        """Be there; the time is whole periods away from that of `values`."""
+        """Set this state; the time must differ from that of `values` by whole periods."""
         simulation, begin = self.simulation, 0
         for row in self._rows:
             row[:] = values[begin : begin + len(row)]
@@ -133,7 +133,7 @@ class State:
         simulation.system.publish()
 
     def _bend(self, chords):
-        """Nodes where their chords lead from the first one on, and what hangs on the last one with it."""
+        """Place the nodes by chords from the first one on, and move whatever is attached to the last one with it."""
         past, problem, u = self.simulation.past, self.simulation.problem, self.simulation.system.u
         count = len(self._nodes) - 1
         directions, lengths = chords[: 3 * count].reshape(count, 3), chords[3 * count :]
@@ -154,13 +154,13 @@ class State:
             u[attachment.slice][:3] += shift[-1]
 
     def seen(self):
-        """Sizes of the forces at the ends [N], then the coordinates of the nodes [m]."""
+        """Observed quantities: magnitudes of the end forces [N], then coordinates of the nodes [m]."""
         forces = [np.linalg.norm(force, axis=-1).ravel() for force in self.simulation.latest_end_forces.values()]
         self._forces = sum(map(len, forces))
         return np.concatenate([*forces, self._positions.ravel()])
 
     def difference(self, one, other):
-        """Largest difference of what was seen in two periods, relative to the range of a force, or of the points."""
+        """Largest difference of the observations in two periods, relative to the range of a force or of the points."""
         ranges = np.ptp(other, axis=0)
         ranges[self._forces :] = ranges[self._forces :].max()
         differences = np.abs(one - other).max(axis=0)
@@ -168,18 +168,18 @@ class State:
 
 
 class Cycle:
-    """A Simulation on one rank, of a scene `in_equal_steps`, to be brought onto its limit cycle."""
+    """A Simulation on one rank, of a scene from `in_equal_steps`, to be brought to its limit cycle."""
 
     def __init__(self, simulation):
         scene = simulation.scene
         self.simulation, self.period, self.periods = simulation, period_of_cycle(scene), 0
-        simulation.control = StepControl(scene.time.step)  # the past of a period is one of equal steps
+        simulation.control = StepControl(scene.time.step)  # periods have equal steps
         self.steps = round(self.period / scene.time.step)
         self.state = State(simulation)
-        self.before, self.after = [], []  # states, and those a period later
+        self.before, self.after = [], []  # states x, and F(x) a period later
 
     def run(self, count):
-        """Some periods; what was seen during the last one, an array (instant, quantity)."""
+        """Run some periods; returns the observations during the last one, an array (instant, quantity)."""
         simulation, seen = self.simulation, []
         for _ in range(count):
             first, seen = simulation.t, []
@@ -191,7 +191,7 @@ class Cycle:
         return np.array(seen)
 
     def noted(self, count):
-        """Some periods whose ends are remembered; what was seen during the last one."""
+        """Run some periods and store their start and end states; returns the observations during the last one."""
         for _ in range(count):
             x = self.state.values()
             seen = self.run(1)
@@ -199,11 +199,11 @@ class Cycle:
         return seen
 
     def missing(self):
-        """Size of F(x) - x: distance by which the last period misses its start."""
+        """Size of F(x) - x for the last period."""
         return float(np.linalg.norm(self.state.weighed(self.after[-1] - self.before[-1])))
 
     def leap(self, reach):
-        """From F(x) to where the differences of the last periods lead, at most `reach` [m]; whether all the way."""
+        """Leap from F(x) by Anderson acceleration, at most `reach` [m]; returns whether the leap was complete."""
         after = np.array(self.after)
         residuals = np.array([self.state.weighed(b - a) for a, b in zip(self.before, after, strict=True)])
         changes = np.diff(residuals, axis=0).T
@@ -215,7 +215,7 @@ class Cycle:
         return part == 1.0
 
     def tried(self, reach, relax):
-        """(what was seen, whether the leap was whole) after a leap; None, and where it began, if it led away."""
+        """Leap and return (observations, whether it was complete); after a failed leap go back and return None."""
         kept, size, t = (self.before, self.after), self.missing(), self.simulation.t
         whole = self.leap(reach)
         try:
@@ -231,19 +231,19 @@ class Cycle:
 
     @staticmethod
     def left(change, last, shrunk):
-        """The error after a whole leap, estimated.
+        """The estimated error after a complete leap.
 
-        change, last: differences of what was seen, by this leap and by the one before.  shrunk: |F(x) - x| after the
-        leap over that before.  A leap that misses what creeps changes little, but then F(x) - x does not shrink either.
+        change, last: differences of the observations due to this leap and the one before.  shrunk: |F(x) - x| after the
+        leap over that before.  A leap that misses a creeping motion changes little, but does not reduce F(x) - x.
         """
-        if change >= last / 2 or shrunk >= 1:  # at the rounding, or astray
+        if change >= last / 2 or shrunk >= 1:  # at rounding level, or failing
             return ASTRAY * max(change, last)
         return change * max(change / last, shrunk / (1 - shrunk), 0.1)
 
     def find(self, accuracy, most):
-        """From the start onto the cycle, to this accuracy relative to ranges.
+        """Go from the start to the cycle, to this accuracy relative to ranges.
 
-        Returns what it took.  Raises SolveError if `most` periods do not suffice.
+        Returns the cost.  Raises SolveError if `most` periods do not suffice.
         """
         self.run(math.ceil(settings.ramp_of(self.simulation.scene) / self.period - 1e-9))
         reach = longest = REACH * self.state.length

@@ -2,10 +2,10 @@
 
     y_t = gamma y + history
 
-Velocity and acceleration of the cable are the same rule applied twice, v = gamma r + h_r and
+Velocity and acceleration of the cable follow from the same rule applied twice, v = gamma r + h_r and
 a = gamma v + h_v = gamma^2 r + gamma h_r + h_v, so that v is eliminated and one compiled form serves every scheme.
-Constraints hold at t_(n+1).  The problem is a differential-algebraic system of index 3: its tension is a second
-derivative in disguise, which is why starts and changes of step are handled with care here.
+Constraints hold at t_(n+1).  The problem is a differential-algebraic system of index 3: its tension involves second
+derivatives, so starts and changes of step need care.
 """
 
 from math import comb
@@ -17,10 +17,10 @@ import numpy as np
 from ..solver.vector_ops import copies, extrapolation
 
 #: Rows of a Series: values at t_n, t_(n-1) ..., newest first; the rate at t_n, and at t_(n-1); the second derivative at
-#: the start; an auxiliary rate; value and rate at t_(n+1); the history of its rate; room for a change.
+#: the start; an auxiliary rate; value and rate at t_(n+1); the history of its rate; work space.
 HELD = 5
 RATE, PREVIOUS_RATE, SECOND, AUXILIARY, NEW, NEW_RATE, HISTORY, CHANGE = range(HELD, HELD + 8)
-KEPT = NEW  # rows that last from step to step
+KEPT = NEW  # rows kept from step to step
 
 
 class Sum(NamedTuple):
@@ -31,7 +31,7 @@ class Sum(NamedTuple):
 
 
 class _Row:
-    """Attribute of a Series that is one of its rows: to set it is to copy."""
+    """Attribute of a Series that is one of its rows; assignment copies."""
 
     def __init__(self, place):
         self._place = place
@@ -46,13 +46,13 @@ class _Row:
 class Series:
     """Past values of one array-valued quantity at equal steps, newest first.
 
-    lagged: mask (or bool) of the components that are themselves rates made by the scheme (velocities, momenta).  Such
-    values carry the scheme's own error, which belongs to its step; `resample` carries them over to another step.
-    new: where the value at t_(n+1) stands, if not in a row of its own.  The rows stay where they are in memory.
+    lagged: mask (or bool) of the components that are themselves rates computed by the scheme (velocities, momenta).
+    Their values contain the scheme's error, which depends on the step; `resample` converts them to another step.
+    new: array for the value at t_(n+1), if not a row of its own.  The rows have fixed addresses.
     """
 
     rate, previous_rate = _Row(RATE), _Row(PREVIOUS_RATE)
-    second = _Row(SECOND)  # of y at the start, where it is known
+    second = _Row(SECOND)  # of y at the start, if known
     auxiliary = _Row(AUXILIARY)
     new, new_rate, history = _Row(NEW), _Row(NEW_RATE), _Row(HISTORY)
 
@@ -66,7 +66,7 @@ class Series:
 
     @property
     def values(self):
-        """Views, as many as there are."""
+        """Views of the available values."""
         return self.rows[: self.count]
 
     @values.setter
@@ -76,18 +76,18 @@ class Series:
             row[:] = value
 
     def count_step(self, keep):
-        """A step was taken."""
+        """Count a step taken."""
         self.steps_since_start += 1
         if self.count < keep:
             self.count += 1
 
     def state(self):
-        """All that lasts from step to step; the rows are views."""
+        """Data kept from step to step; the rows are views."""
         known = {name: getattr(self, name) for name in ("count", "averaging", "step", "steps_since_start")}
         return known | {"rows": self.rows[:KEPT]}
 
     def restore(self, state):
-        """Be as in that state."""
+        """Restore that state."""
         for row, value in zip(self.rows, state["rows"], strict=False):
             row[:] = value
         self.count, self.averaging, self.step = index(state["count"]), bool(state["averaging"]), state.get("step")
@@ -96,35 +96,35 @@ class Series:
             raise ValueError("no number of past values")
 
     def forget(self):
-        """Drop the past values: as at a start, with the present value and rate.
+        """Drop the past values and restart from the present value and rate.
 
-        An auxiliary rate stays: a start has it less accurately, and generalized-alpha would ring.
+        An auxiliary rate is kept: a restart would have it less accurately, and generalized-alpha would ring.
         """
         self.values, self.steps_since_start = self.values[:1], 0
         if not self.averaging:
             self.previous_rate, self.second, self.step = self.rate, 0.0, None
 
     def extrapolated(self, order):
-        """Value one step ahead on the polynomial of this order; None while the past is too short."""
+        """Value extrapolated by one step with a polynomial of this order; None if the past is too short."""
         if self.steps_since_start < order or len(self.values) <= order:
             return None
         weights = [(-1) ** j * comb(order + 1, j + 1) for j in range(order + 1)]
         return sum(w * y for w, y in zip(weights, self.values, strict=False))
 
     def extrapolated_past(self, step, count):
-        """Fill up to `count` values before the start from value, rate and second derivative there."""
+        """Extend the past to `count` values before the start from value, rate and second derivative there."""
         for t in (-j * step for j in range(len(self.values), count)):
             self.values = [*self.values, self.values[0] + t * self.rate + 0.5 * t**2 * self.second]
 
     def resample(self, step, order, lag):
-        """Carry the values over to another step, along the polynomial through them; a longer step leaves fewer.
+        """Interpolate the values to another step with the polynomial through them; a longer step leaves fewer.
 
-        Values of lagged components are y - lag step^order y^(order) for a smooth y; the term is exchanged too.
-        Without this a change from h0 to h1 puts an error of (h0 + h1)/(2 h1) into the next tension of backward Euler.
+        Values of lagged components are y - lag step^order y^(order) for a smooth y; this term is converted too.
+        Otherwise a change from h0 to h1 causes an error of (h0 + h1)/(2 h1) in the next tension of backward Euler.
         """
         h0, h1, m = self.step, step, len(self.values)
         change = lag * (h0**order - h1**order)
-        if m <= order:  # too few values for the derivative: the rate is all there is
+        if m <= order:  # too few values for the derivative: use the rate
             shift = change * self.rate if order == 1 else 0.0
             shift = np.where(self.lagged, shift, 0.0)
             self.values = [y - j * (h1 - h0) * self.rate + shift for j, y in enumerate(self.values)]
@@ -140,14 +140,14 @@ class Series:
             values.append(value + np.where(self.lagged, change * derivative, 0.0))
         self.values = values
         if m > 1:
-            self.second = (self.rate - self.previous_rate) / h0  # to fill up a past that has become too short
+            self.second = (self.rate - self.previous_rate) / h0  # to extend a past that has become too short
 
     def _limits(self, order):
-        """Bounds of h^order y^(order): of a past that is not smooth, as after an impact, twice the differences of that
-        order, or 0 where these do not agree on a sign.
+        """Bounds of h^order y^(order): if the past is not smooth, as after an impact, twice the differences of that
+        order, or 0 if these have different signs.
 
-        The derivative that a polynomial makes of noise is 25 times as large as that, and the velocities that it is
-        added to would grow from change to change of the step.
+        With noise a polynomial's derivative is 25 times as large, and the velocities to which it is added would grow
+        with every change of step.
         """
         found = (-1) ** order * np.diff(np.array(self.values), order, axis=0)
         low, high = found.min(axis=0), found.max(axis=0)
@@ -159,15 +159,15 @@ class Series:
 
 
 def same_step(h0, h1) -> bool:
-    """True if two steps differ by rounding only: t is known to its last digit, of which a step has fewer."""
+    """True if two steps differ only by the rounding of t."""
     return abs(h1 - h0) <= 1e-9 * h1
 
 
 class Scheme:
     """A rule for rates.
 
-    order; keep: past values held; lag: leading error of a rate, y_t - lag h^order y^(order+1); error_constant: of the
-    local error, relative to h^(order+1) y^(order+1).
+    order: of accuracy; keep: past values held; lag: leading error of a rate, y_t - lag h^order y^(order+1);
+    error_constant: local error relative to h^(order+1) y^(order+1).
     """
 
     name: str
@@ -175,14 +175,14 @@ class Scheme:
     keep: int
     lag: float
     error_constant: float
-    #: All of them by their names in a scene, which scene/sections.py lists.
+    #: All schemes by their names in a scene, listed in scene/sections.py.
     known: ClassVar[dict[str, type["Scheme"]]] = {}
 
     def __init_subclass__(cls):
         Scheme.known[cls.name] = cls
 
     def __init__(self, spectral_radius: float = 0.8):
-        """spectral_radius: amplification of the fastest motions, where it can be chosen."""
+        """Initialise; spectral_radius: amplification of the fastest motions, for schemes where it is a parameter."""
 
     def symbol(self):
         """Polynomials (N, D) in x = 1/zeta, coefficients from x^0 on: y_t = N(x)/(dt D(x)) y for y ~ zeta^n."""
@@ -197,7 +197,7 @@ class Scheme:
         return roots[np.argmin(abs(roots - np.exp(1j * omega * step)))]
 
     def begin(self, step, series, base=None):
-        """Make the series ready for a step of this size; `base`, ready before, is the series that it is the rate of."""
+        """Prepare the series for a step of this size; base: the series it is the rate of, already prepared."""
         if series.step is not None and not same_step(series.step, step):
             series.resample(step, self.order, self.lag)
         series.step = step
@@ -207,7 +207,7 @@ class Scheme:
         raise NotImplementedError
 
     def updates(self, step):
-        """[(row, Sum), ...]: what a step that was taken changes besides values and rates."""
+        """[(row, Sum), ...]: further rows updated by an accepted step."""
         return []
 
 
@@ -232,8 +232,8 @@ class BDF2(Scheme):
         series.extrapolated_past(step, 2)
         shrinks = series.step is not None and step < series.step and not same_step(series.step, step)
         if shrinks and base is not None and len(base.values) >= 4:
-            # Rates of the positions as they are found now.  Were the old rates carried over, the two would differ after
-            # a kink by an amount that no smaller step removes.
+            # Rates recomputed from the resampled positions.  Interpolated old rates would differ from these after a
+            # kink by an amount independent of the step.
             r, series.step = [value[: len(series.rate)] for value in base.values], step
             series.values = [(1.5 * a - 2 * b + 0.5 * c) / step for a, b, c in zip(r, r[1:], r[2:], strict=False)]
             return
@@ -293,7 +293,7 @@ class GeneralizedAlpha(Scheme):
 
 
 class Predictor:
-    """Start of Newton: the polynomial through the last `points` solutions, extrapolated."""
+    """Initial guess for Newton: the polynomial through the last `points` solutions, extrapolated."""
 
     def __init__(self, points=3):
         self.points, self.count, self._rows = points, 0, None
@@ -309,7 +309,7 @@ class Predictor:
         return self._rows[: self.count]
 
     def add(self, t, value):
-        """A solution."""
+        """Add a solution."""
         if self._rows is None:
             times, rows = self._times, self._rows = np.zeros(self.points), np.zeros((self.points, len(value)))
             self._older = [(times[1:], times[:-1]), (rows[1:].ravel(), rows[:-1].ravel())]
@@ -318,21 +318,21 @@ class Predictor:
         self.counted()
 
     def functions(self, time, u):
-        """Two functions for the next step: to put into u the value extrapolated to time[0], and to take u of time[0] as
-        the newest solution, which `counted` has to follow."""
+        """Two functions for the next step: one writes the value extrapolated to time[0] to u, the other takes u at
+        time[0] as the newest solution, after which `counted` must be called."""
         ahead = extrapolation(self.times, self.values, time, u)
         return ahead, copies([*self._older, (self._times[:1], time), (self._rows[0], u)])
 
     def counted(self):
-        """There is one more solution, or another newest one."""
+        """Count the solution just added."""
         self.count = min(self.count + 1, self.points)
 
     def state(self):
-        """For `restore`; nothing is copied."""
+        """State for `restore`; nothing is copied."""
         return {"times": self.times, "values": self.values}
 
     def restore(self, state):
-        """Be as in that state."""
+        """Restore that state."""
         self.count = 0
         for t, value in reversed(list(zip(state["times"], state["values"], strict=True))):
             self.add(t, value)

@@ -1,4 +1,4 @@
-"""A scene in time: initial state, implicit steps, and what is retried when a step fails."""
+"""A scene in time: initial state, implicit steps, and retries when a step fails."""
 
 from collections.abc import Callable
 from types import MappingProxyType
@@ -21,10 +21,10 @@ from .stepping import AdaptiveControl, JumpControl, StepControl
 class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
-    scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
-    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `model.pool`.
-    driven: of a Problem made here, the motions of buoys; at the start they rest where they are.
-    Raises InputError for an impossible scene, SolveError when a solve fails.
+    scene: with a section [time].  state: that of an earlier Simulation of it, to continue from instead of the start.
+    problem: a dynamic Problem of a scene that differs in numbers only, to be reused.  pool: see `model.pool`.
+    driven: prescribed motions of buoys for a Problem created here; the buoys start at rest at their positions.
+    Raises InputError for an impossible scene, SolveError if a solve fails.
     """
 
     @quick_start()
@@ -32,8 +32,8 @@ class Simulation:
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
-        self.followers: list[Callable[[], object]] = []  #: called when a step counts, before anything of it is past
-        self.finishers: list[Callable[[], object]] = []  #: called when it is
+        self.followers: list[Callable[[], object]] = []  #: called when a step is accepted, before it enters the past
+        self.finishers: list[Callable[[], object]] = []  #: called afterwards
         make = Problem if pool is None else pool.problem
         start = initial_state(scene, comm, make, driven) if state is None else None
         self.at_rest = start is not None and start.at_rest
@@ -44,7 +44,7 @@ class Simulation:
             problem.change(scene)
         self.system, self.newton = self.problem.system, self.problem.newton
         self.iterations = 0
-        #: `end_forces` in arrays that stay in place.
+        #: `end_forces` in arrays at fixed addresses.
         self.read_end_forces, self.latest_end_forces = self.reader_of_end_forces()
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
@@ -69,9 +69,9 @@ class Simulation:
         return AdaptiveControl(time.step, self.scheme.order, smallest, largest)
 
     def _damped_ropes(self):
-        """Unknowns of the tension of lines that come taut and damp what runs along them then; None without such lines.
+        """Tension unknowns of tension-only lines with internal damping; None without such lines.
 
-        Without damping there is no step that is small enough for such a jump.
+        Without damping no step is small enough for the jump when a line becomes taut.
         """
         lines = self.problem.lines
         if lines is None:
@@ -80,7 +80,7 @@ class Simulation:
         return lines.T_dofs[found[lines.line_of_cell]].ravel() if found.any() else None
 
     def _load(self, start):
-        """Put the initial state into the unknowns, make it consistent, and start the series of past values."""
+        """Set the unknowns to the initial state, make it consistent, and start the series of past values."""
         u = self.system.u
         self.problem.set_time(0.0)
         start.put(self.problem, u)
@@ -93,14 +93,14 @@ class Simulation:
         self.predictor.add(0.0, u)
 
     def begin(self, velocity=None):
-        """Begin the past anew from the present unknowns; velocity: of the lines' unknowns, 0 if not given [m/s]."""
+        """Restart the past from the present unknowns; velocity: that of the lines' unknowns, default 0 [m/s]."""
         rate = np.zeros(sum(evolution.size for evolution in self.past.evolutions))
         if velocity is not None:
             rate[self.past.place_of(self.problem.lines.part)] = velocity
         self.past.begin([rate])
 
     def reader_of_end_forces(self) -> tuple[Callable[[], object], dict[str, np.ndarray]]:
-        """A function that reads `end_forces` after a residual was evaluated, and the arrays that stay in place."""
+        """A function that reads `end_forces` after a residual evaluation, and the arrays it writes to."""
 
         def find():
             forces = self.problem.end_forces(fresh=False)
@@ -120,7 +120,7 @@ class Simulation:
         return {name: force.copy() for name, force in self.latest_end_forces.items()}
 
     def set_end_forces(self, forces):
-        """Take these."""
+        """Set the end forces."""
         for name, force in forces.items():
             self.latest_end_forces[name][:] = force
 
@@ -131,12 +131,12 @@ class Simulation:
 
     @property
     def memory(self):
-        """Memory of accepted steps besides the unknowns, model by model."""
+        """State of accepted steps other than unknowns, model by model."""
         return [model.memory for model in self.problem.models]
 
     @property
     def quaternion_drift(self) -> float:
-        """Largest distance of a quaternion from unit length before it was made a unit again."""
+        """Largest deviation of a quaternion from unit length before normalisation."""
         return max((float(m["quaternion_drift"][0]) for m in self.memory if "quaternion_drift" in m), default=0.0)
 
     @property
@@ -152,9 +152,9 @@ class Simulation:
     # -- interruption -----------------------------------------------------------------------------------------------
 
     def state(self):
-        """All that the rest of the run depends on, on this rank: nested dicts and lists of arrays and numbers.
+        """Everything the rest of the run depends on, on this rank: nested dicts and lists of arrays and numbers.
 
-        Nothing is copied, so it has to be stored before the next step.
+        Nothing is copied, so it must be stored before the next step.
         """
         return {name: getattr(self, name) for name in ("t", "end_forces", "iterations")} | {
             "places": self.problem.places(),
@@ -167,7 +167,7 @@ class Simulation:
         }
 
     def restore(self, state):
-        """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
+        """Restore the state of a Simulation of the same scene, on the same rank of as many.  Raises InputError."""
         try:
             self._restore(state)
         except InputError:
@@ -202,21 +202,21 @@ class Simulation:
         self._made_for = None
 
     def stop_ends(self):
-        """Ends that are moved stay where they are from now on."""
+        """Stop all moving ends at their present positions."""
         self.problem.stop_ends()
         self._made_for = None
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def step(self, h, judge=None):
-        """One step of size h [s]; returns Newton's iterations.
+        """Take one step of size h [s]; returns the number of Newton iterations.
 
-        judge: called with h and the local error, says whether the step counts; None is returned if it does not.
-        Raises SolveError and leaves the state as it was.
+        judge: (h, local error) -> whether the step is accepted; None is returned if it is not.
+        Raises SolveError, leaving the state unchanged.
         """
         self.newton.set_scales(self.past.prepare(h))
         basis = self.past.operations, self.predictor, self.predictor.count, self.problem.scene
-        if self._made_for != basis:  # `problem.change` between two steps gives another scene
+        if self._made_for != basis:  # `problem.change` between two steps sets another scene
             self._made_for = basis
             self._make_functions()
         t = self.problem.time[0] = self.t + h
@@ -243,7 +243,7 @@ class Simulation:
         return iterations
 
     def _error(self):
-        """Measure by which the control judges a step."""
+        """Error measure of a step for the step control."""
         if not isinstance(self.control, JumpControl):
             return self._local_error()
         T = self.system.u[self.ropes]
@@ -251,10 +251,10 @@ class Simulation:
         return tuple(float(allreduce(self.comm, one, MPI.MAX)) for one in found)
 
     def _local_error(self):
-        """Largest local error of position and velocity over the tolerance; None without a tolerance or without a past.
+        """Largest local error of position and velocity over the tolerance; None without a tolerance or enough past.
 
-        Milne's device: the scheme's rule and the extrapolation of its past are of the same order, and their difference
-        shows the derivative that both errors contain.  Differences count relative to the evolution's sizes.
+        Milne's device: the scheme and the extrapolation of its past are of the same order, and their difference gives
+        the derivative contained in both errors.  Differences are relative to the sizes of the evolution.
         """
         tolerance, order = self.scene.time.tolerance, self.scheme.order
         if tolerance is None:
@@ -264,12 +264,12 @@ class Simulation:
         if largest is None:
             return None
         constant = self.scheme.error_constant
-        # Local errors of order p + 1 that are this small add up to about `tolerance` over a run (measured).
+        # Local errors of order p + 1 within this bound accumulate to about `tolerance` over a run (measured).
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
         return allreduce(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _make_functions(self):
-        """Make the functions of a step, of C as far as possible: before it is judged, and when it was taken."""
+        """Create the functions of a step, in C where possible: before it is judged, and after it is accepted."""
         past, problem = self.past.operations, self.problem
         predict, remember = self.predictor.functions(problem.time, self.system.u)
         self._begin = together(self._keep, *past.begin, predict, *problem.clock(), self.newton.begin)
@@ -278,7 +278,7 @@ class Simulation:
         self._accept = together(self._find_rates, self.read_end_forces, *models, *past.accept, remember)
 
     def advance(self, target):
-        """To the time `target`; yields (step, iterations) after each step that counts."""
+        """Advance to the time `target`; yields (step, iterations) after each accepted step."""
         control, nominal = self.control, self.scene.time.step
         judge = control.judge
         while target - self.t > 1e-9 * nominal:
@@ -299,7 +299,7 @@ class Simulation:
                 yield h, iterations
 
     def _why(self):
-        """Known reason why steps of this scene fail, or nothing."""
+        """Known reason why steps of this scene fail, or an empty string."""
         radius = self.scene.time.spectral_radius
         if self.scheme.name != GeneralizedAlpha.name or radius == 0 or self.scene.cable is None:
             return ""
@@ -309,9 +309,9 @@ class Simulation:
         )
 
     def run(self):
-        """Steps to the end of the scene; yields (step, iterations) after each.
+        """Run to the end of the scene; yields (step, iterations) after each step.
 
-        Milestones are the multiples of the step, or with a tolerance those of output_every.
+        Times hit exactly are multiples of the step, or with a tolerance those of output_every.
         """
         time = self.scene.time
         interval = time.step if time.tolerance is None else (time.output_every or time.end / 200 or 1.0)
@@ -323,6 +323,6 @@ class Simulation:
 
 
 def listed(state, name):
-    """Values of state[name], which a checkpoint gives back as a list, in order."""
+    """Values of state[name] in order; a checkpoint stores lists as dicts with numbered keys."""
     kept = state.get(name, [])
     return kept if isinstance(kept, list) else [kept[str(k)] for k in sorted(map(int, kept))]

@@ -1,4 +1,4 @@
-"""Start of a run: from equilibrium, or from given shapes and poses."""
+"""Initial state of a run: equilibrium, or given shapes and poses."""
 
 from dataclasses import dataclass, field
 
@@ -33,9 +33,9 @@ class Pose:
 class Start:
     """Initial values on this rank; the lines' arrays are numbered as their dofs.
 
-    route: the way to the equilibrium, if it is one.  memory: of the lines and the bodies at their joints.  moorings:
-    numbers of each attachment; take_offs: of each take-off of this rank.  poses: of the buoys by name, of this rank at
-    least.
+    route: how the equilibrium was found, if it is one.  memory: that of the lines and the bodies at joints.  moorings:
+    unknowns of each attachment; take_offs: those of each take-off of this rank.  poses: those of the buoys by name, at
+    least of this rank.
     """
 
     at_rest: bool = True
@@ -49,7 +49,7 @@ class Start:
     poses: dict[str, Pose] = field(default_factory=dict)
 
     def put(self, problem, u):
-        """Into the local unknowns of a dynamic Problem, and the memory of the equilibrium besides them."""
+        """Write the start to the local unknowns of a dynamic Problem, and its memory to that of the models."""
         problem.route = self.route
         if problem.lines:
             u[problem.lines.part.slice] = self.lines
@@ -71,9 +71,9 @@ class Start:
 
 
 def initial_state(scene, comm, make=Problem, driven=()) -> Start:
-    """Start of a run; make: see solve_equilibrium; driven: names of buoys that others move.
+    """Start of a run; make: see solve_equilibrium; driven: names of buoys with prescribed motion.
 
-    Raises InputError for what cannot be.
+    Raises InputError for an infeasible scene.
     """
     check_feasible(scene)
     check_first_shape(scene)
@@ -101,7 +101,7 @@ def initial_state(scene, comm, make=Problem, driven=()) -> Start:
 
 
 def _moves(top, length):
-    """True if an end that is held is moved at t = 0; length: of what it holds [m]."""
+    """True if a prescribed end moves at t = 0; length: that of its line [m]."""
     if top is None or top.kind != "prescribed":
         return False
     step = 1e-6 * (top.period or 1.0)
@@ -116,7 +116,7 @@ def _from_equilibrium(problem) -> Start:
 
 
 def start_from(problem) -> Start:
-    """Rest as a solved static Problem has it, which may be used on."""
+    """Start at rest, copied from a solved static Problem, which may be reused."""
     u = problem.system.u
     start = Start(route=problem.route)
     if problem.lines:
@@ -160,7 +160,7 @@ def _from_shape(scene, comm) -> Start:
 
 
 def _at_ends(network, device, poses):
-    """Numbers of a take-off: places of its ends, and of those on buoys no force yet; a joint has its place itself."""
+    """Unknowns of a take-off: positions of its ends, and zero force for those on buoys; 0 for ends at joints."""
     places = [place_of(network, end, poses) for end in device.ends]
     numbers = [np.zeros(3) if place is None else place for place in places]
     pairs = zip(numbers, device.ends, strict=True)
@@ -168,7 +168,7 @@ def _at_ends(network, device, poses):
 
 
 def _moorings(network, poses, end_forces):
-    """Numbers of each attachment, buoy after buoy as in a Problem; without the moments of clamps."""
+    """Unknowns of each attachment, buoy by buoy as in a Problem; without the moments of clamps."""
     found = []
     for piece, end in attached_ends(network):
         held = network.pieces[piece].ends[end]
@@ -181,7 +181,7 @@ def _moorings(network, poses, end_forces):
 
 
 def _set_buoy(start, name, initial):
-    """Pose and velocities that the section [initial] of a buoy gives, over those of the equilibrium."""
+    """Override the equilibrium by the pose and velocities given in the section [initial] of a buoy."""
     pose = start.poses.get(name)
     moves = initial.buoy_velocity is not None or initial.buoy_angular_velocity is not None
     start.at_rest &= not moves

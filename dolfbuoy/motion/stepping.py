@@ -1,4 +1,4 @@
-"""Size of the next step, whatever is being integrated."""
+"""Control of the step size, independent of the equations."""
 
 import math
 
@@ -8,33 +8,33 @@ from ..errors import SolveError
 class StepControl:
     """Steps of a nominal size: halved when one fails, doubled back to the nominal size after successes.
 
-    The base of the others.  accepted, rejected, failed: counts for the record.
+    Base class.  accepted, rejected, failed: counts for the record.
     """
 
     def __init__(self, nominal, smallest=None):
         self.nominal = self.step = self.largest = nominal
         self.smallest = smallest if smallest is not None else nominal * 2.0**-12
         self.accepted = self.rejected = self.failed = self.restarts = 0
-        self.restart = False  # whether the past is of no use to the next step
+        self.restart = False  # discard the past before the next step
 
     def propose(self, remaining):
-        """Size of the next step on the way to a milestone that is `remaining` away: never past it, and never so that
-        a sliver of a step is left before it."""
+        """Size of the next step towards a target time that is `remaining` away: never beyond it, and never leaving a
+        sliver of a step before it."""
         count = math.ceil(remaining / self.step - 1e-6)
         return remaining if count <= 1 else self._share(remaining, count)
 
     def _share(self, remaining, count):
-        """Two steps are halves: after failures doubled steps leave 2^-n of a step, which the next full one upsets."""
+        """Share the last two steps equally: after failures 2^-n of a step would be left, to upset the next full one."""
         return remaining / 2 if count == 2 else self.step
 
     def judge(self, step, error):
-        """True if a step that was solved counts; `error` is its local error over the tolerance, or None."""
+        """True if a solved step is accepted; `error` is its local error over the tolerance, or None."""
         self.accepted += 1
         self.step = min(max(self.step, 2 * step), self.nominal)
         return True
 
     def fail(self, step, reason):
-        """A step could not be solved.  Raises SolveError when it cannot be made smaller."""
+        """Reduce the step after a failed solve.  Raises SolveError if it cannot be reduced further."""
         self.failed += 1
         if step / 2 < self.smallest:
             raise SolveError(f"{reason} (smallest step {self.smallest:.3g} s)")
@@ -42,10 +42,10 @@ class StepControl:
 
 
 class JumpControl(StepControl):
-    """Steps of a nominal size, made smaller where a quantity jumps.
+    """Steps of a nominal size, reduced where a quantity jumps.
 
-    No step may change it by more than `most` of the largest size that it ever had, down to a fraction of the nominal
-    step.  Where the step changes, the past begins anew: across a jump it is of no use.
+    No step may change the quantity by more than a fraction `most` of its largest size so far, down to 1/`parts` of the
+    nominal step.  When the step is reduced the past is discarded: it is useless across a jump.
     """
 
     most, parts = 0.2, 64
@@ -55,7 +55,7 @@ class JumpControl(StepControl):
         self.size = 0.0
 
     def judge(self, step, error):
-        """error: (largest change, largest size) of the quantity in this step."""
+        """Accept or reject; error: (largest change, largest size) of the quantity in this step."""
         change, size = error
         allowed = self.most * max(self.size, size)
         if change > allowed and step / 2 >= self.nominal / self.parts:
@@ -74,9 +74,9 @@ class JumpControl(StepControl):
 class AdaptiveControl(StepControl):
     """Local error control: the error of a step of order p behaves like step^(p+1).
 
-    A step is kept as long as the best one differs little, because every change costs the multistep schemes accuracy.
-    After a kink (a ramp that ends, a cable that comes taut) the error shown by the past does not fall with the step:
-    `restart` then asks for a past that begins anew.
+    A step is kept as long as the optimal one differs little, because every change costs multistep schemes accuracy.
+    After a kink (end of a ramp, a cable becoming taut) the error estimated from the past does not fall with the step:
+    `restart` then asks for a new past.
     """
 
     safety, growth, shrink = 0.85, 2.0, 0.2
@@ -84,8 +84,8 @@ class AdaptiveControl(StepControl):
     def __init__(self, first, order, smallest, largest):
         super().__init__(first, smallest)
         self.largest, self.exponent = largest, 1 / (order + 1)
-        self.hold, self.since_change = order + 2, 0  # steps between changes: the past must have one step
-        self.in_a_row = self.unjudged = 0  # rejections since the last step that counted; steps taken on trust
+        self.hold, self.since_change = order + 2, 0  # steps between changes: the past needs equal steps
+        self.in_a_row = self.unjudged = 0  # rejections since the last accepted step; steps accepted unjudged
 
     def _share(self, remaining, count):
         return remaining / count if count < 4 else self.step  # the last few steps before a milestone are equal
@@ -102,7 +102,7 @@ class AdaptiveControl(StepControl):
             self.in_a_row += 1
             if self.in_a_row == 1:
                 self.first_rejected = step
-            if self.in_a_row == 3:  # a fresh past, and a few small steps on trust until it is long enough to judge by
+            if self.in_a_row == 3:  # a new past, and a few small steps accepted unjudged until it is long enough
                 self.restart, self.restarts, self.unjudged = True, self.restarts + 1, self.hold
                 self.step = max(0.1 * self.first_rejected, self.smallest)
                 return False

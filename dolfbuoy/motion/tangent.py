@@ -1,16 +1,16 @@
-"""Derivatives of a run by numbers of its scene, step by step with it.
+"""Derivatives of a run with respect to numbers of its scene, computed step by step with it.
 
-A neighbour of the scene, at p + eps, shows how the equations of a step change; the unknowns follow with the Jacobian J:
+A neighbour of the scene, at p + eps, gives the change of the equations of a step, and the Jacobian J the unknowns':
 
     r = [F+(u + eps pd; h + eps hd, m + eps md) - F(u; h, m)] / eps
     ud = pd - J^-1 r
 
-u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivatives, pd those of u extrapolated.  F is
-what Newton's method has left.  Rules of a scheme are linear in what is past, so that the past of derivatives is a
-`Past` too.  Steps, and which elements are slack, are the run's.  J is the run's, with its factors, if it was made in
-this step and few increments more are taken than there are numbers; else that of a neighbour at the predicted
-derivative, so that the run keeps its own, and one increment is enough where the prediction is good.  One factorisation
-serves the derivatives by all numbers, and one `Past` holds them all.
+u, h, m: unknowns, histories and memory of the run; ud, hd, md: their derivatives, pd: ud extrapolated.  F is the
+residual left by Newton's method.  The rules of a scheme are linear in the past, so the past of derivatives is a `Past`
+too.  Steps and slack elements are those of the run.  J is that of the run, with its factors, if it was computed in this
+step and few more increments are needed than there are numbers; otherwise that of a neighbour at the predicted
+derivative, so that the run keeps its own; one increment suffices if the prediction is good.  One factorisation serves
+the derivatives with respect to all numbers, and one `Past` holds them all.
 """
 
 import itertools
@@ -30,24 +30,24 @@ from .history import Past
 from .schemes import NEW, Predictor
 from .simulation import Simulation
 
-#: Increments end when the next would be of this size, relative to the derivative; or when they shrink no more and one
-#: is smaller than the second.  BORROWED: with the run's matrix, whose rate of convergence is known.
+#: Increments end when the next one is expected to have this size, relative to the derivative; or when they no longer
+#: decrease and one is below the second.  BORROWED: with the run's matrix, whose rate of convergence is known.
 ENOUGH, ROUGH, BORROWED = 1e-6, 1e-3, 2e-6
-#: Rounding of unknowns, of their typical sizes: at rest, and in motion over gamma^2.
+#: Rounding of unknowns relative to their typical sizes: in statics, and in dynamics over gamma^2.
 ROUNDING, OF_MOTION = 1e-13, 5e-16
-MOST = 12  #: increments
-#: Increments above one for each number that take longer than a matrix and its factors, for scenes large and small; and
-#: for how many steps the run's matrix is left alone then.
+MOST = 12  #: largest number of increments
+#: Number of increments beyond one per number that cost more than a matrix and its factors, whatever the scene's size;
+#: and for how many steps the run's matrix is then not borrowed.
 SPARE, PAUSE = 16, 4
-#: Change of the unknowns to a neighbour on one side, in their typical sizes, by which curvature and rounding are alike;
-#: and the least derivative of a start by which one is placed.
+#: Change of the unknowns to a one-sided neighbour, in typical sizes, that balances curvature and rounding errors; and
+#: the least derivative of a start used to place one.
 APART, LEAST = 2e-6, 0.01
-#: Distance of starts that are not at rest: the tiny steps that make them consistent have rounding in their forces.
+#: Distance for starts not at rest: the tiny steps that make them consistent have rounding errors in their forces.
 FAR = 1e-3
 
 
 class Neighbour:
-    """Simulation of a neighbour of a run's scene, whose equations are evaluated next to where the run is.
+    """Simulation of a neighbour of a run's scene, whose equations are evaluated near the state of the run.
 
     x: its distance; 0: the scene of the run itself.
     """
@@ -58,13 +58,13 @@ class Neighbour:
         self.evaluate = self.system.add_residuals.in_c()
 
     def moved(self, to, of_run, rate=None):
-        """Function that makes an array of this one that of the run at x."""
+        """Function that sets an array of this simulation to that of the run extrapolated to x."""
         return copies([(to, of_run)]) if rate is None else combination(to, [of_run, rate], np.array([1.0, self.x]))
 
     def given(self, histories=(), memory=()) -> Iterator[Callable]:
-        """Functions that hand it the time, the histories and the memory of the run.
+        """Functions that copy the time, histories and memory of the run to it, extrapolated to x.
 
-        histories: (level, place, derivative of what stands there), ...; memory: derivatives; without: those of the run.
+        histories: (level, place, derivative of the history there), ...; memory: its derivatives; default: plain copies.
         """
         run, operations = self.run, self.past.operations
         yield copies([(self.problem.time, run.problem.time), (operations.gammas, run.past.operations.gammas)])
@@ -77,18 +77,18 @@ class Neighbour:
         yield operations.begin[1]
 
     def follow(self) -> Iterator[Callable]:
-        """Functions that evaluate the run's equations where it is."""
+        """Functions that evaluate the run's equations at its state."""
         yield from (*self.given(), self.moved(self.u, self.run.system.u), *self.clock(), self.evaluate)
 
     def clock(self) -> tuple[Callable, ...]:
-        """Functions that bring what is given in time to the time of the run."""
+        """Functions that update everything prescribed over time to the time of the run."""
         return *self.problem.clock(), self.system.read_given
 
 
 class Direction(Protocol):
-    """A number x on which scenes depend, in which there are neighbours of a run.
+    """A scalar parameter x of scenes, with respect to which a run is differentiated.
 
-    scene_at: of a run's scene, that at x; sizes of arrays are the same.  distance, near, surely: see `Pair`.
+    scene_at: (scene of a run, x) -> scene at x, with the same array sizes.  distance, near, surely: see `Pair`.
     """
 
     distance: float
@@ -99,12 +99,12 @@ class Direction(Protocol):
 
 
 class Pair:
-    """Two simulations next to a run, whose difference is a derivative of it times the distance `apart`.
+    """Two simulations near a run, whose difference is the derivative of the run times the distance `apart`.
 
-    make: Scene -> Simulation at its start.  After each step unknowns, memory and forces at ends of `near`, a neighbour,
-    are those of the run there; `other` is the run if its start changes with x, and the neighbour then so near that it
-    changes little, if the direction's `near` is not 0; or, `surely`, at `near`.  Else they are neighbours at -distance
-    and distance, whose difference has less rounding and curvature in it, for more time.
+    make: Scene -> Simulation at its start.  After each step unknowns, memory and end forces of `near`, a neighbour, are
+    those of the run at its x.  `other` is the run itself if its start depends on x and the direction's `near` is not 0;
+    the neighbour is then so close that the start changes little, or, if `surely`, at `near`.  Otherwise the two are
+    neighbours at -distance and distance, whose difference has smaller rounding and curvature errors but costs more.
     """
 
     def __init__(self, run: Simulation, direction: Direction, make: Callable[[Scene], Simulation]) -> None:
@@ -134,7 +134,7 @@ class Pair:
         return max(largest / x, 1e-300) if run.at_rest else 1e-300
 
     def start(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Derivatives at the start: of the unknowns, and of what is past, level by level; those of memory are kept."""
+        """Derivatives at the start: of the unknowns, and of the past, level by level; sets those of the memory."""
         far = [] if self.run.at_rest else [self._at(x) for x in (-FAR, FAR)]
         (low, high), apart = (far, 2 * FAR) if far else ((self.other, self.near), self.apart)
         for rate, below, above in zip(self.memory, _arrays(low), _arrays(high), strict=True):
@@ -146,15 +146,15 @@ class Pair:
         return change / apart, [(b - a) / apart for a, b in zip(below, above, strict=True)]
 
     def difference(self, out, get):
-        """Function that makes `out` the derivative of an array of simulations."""
+        """Function that sets `out` to the derivative of an array of the simulations."""
         return combination(out, [get(self.near), get(self.other)], np.array([1.0, -1.0]) / self.apart)
 
 
 @dataclass(frozen=True)
 class InDirection:
-    """Evolution of a derivative, among those of all: as that of the scene, but no form reads its rates.
+    """Evolution of a derivative, among those of all: like that of the scene, but its rates are not used in forms.
 
-    of: in the scene.  at: place of the derivative of the unknowns among those of all.
+    of: evolution of the scene.  at: place of the derivative of the unknowns among those of all.
     """
 
     of: Evolution
@@ -165,18 +165,18 @@ class InDirection:
         return getattr(self.of, name)
 
     def reader(self, u, out):
-        """As that of an evolution."""
+        """As for an `Evolution`."""
         return self.of.reader(u[self.at], out)
 
     def hand_out(self, level, gamma, history) -> None:
-        """Nothing."""
+        """Do nothing."""
 
 
 class Tangents:
     """Derivatives of a Simulation in some directions, which follow its steps.
 
-    u: of the unknowns, (directions, unknowns).  pairs: a Pair for each.  fault: a sentence, where no derivative was
-    found; nothing follows then.
+    u: derivatives of the unknowns, (directions, unknowns).  pairs: a Pair for each.  fault: a sentence if a derivative
+    was not found; further steps are then ignored.
     """
 
     def __init__(self, run: Simulation, directions: Sequence[Direction], make: Callable[[Scene], Simulation]) -> None:
@@ -184,7 +184,7 @@ class Tangents:
         try:
             for one in directions:
                 self.pairs.append(Pair(run, one, make))
-            #: The run's own equations, where it has others than its neighbours, after the first evaluation of a step
+            #: The run's own equations, if they differ from its neighbours' after the first evaluation of a step
             self._own = Neighbour(run, make(run.scene), 0.0) if run.problem.samples_once else None
         except BaseException:
             self._own = None
@@ -197,12 +197,12 @@ class Tangents:
         evolutions.sort(key=lambda pair: -pair[1].order)
         parts = [InDirection(one, slice(k * n, (k + 1) * n)) for k, one in evolutions]
         self.past = Past(parts, self._all, run.scheme)
-        #: Of each direction, where in `past` its evolutions are, in the order of the run's.
+        #: For each direction, the places of its evolutions in `past`, in the order of the run's.
         self._places: list[list[slice]] = [[] for _ in self.pairs]
         for (k, _), place in zip(evolutions, self.past.places, strict=True):
             self._places[k].append(place)
         self._predictor, self._made_for, self._gamma = Predictor(), None, None
-        #: Newton's method of the run, whose matrix may serve, and one with a matrix of its own
+        #: Newton's method of the run, whose matrix may be borrowed, and one with its own matrix
         self._lender, self.solver = run.newton, self.pairs[0].near.newton
         self._made, self._pause = run.newton.numbers.jacobians_total, 0
         self._renew, self.solver.numbers.shrinking = self.solver.system.callbacks.work("renew_matrix"), 0.0
@@ -227,7 +227,7 @@ class Tangents:
         self._predictor.add(self.run.t, self._all)
 
     def _blocks(self, k, level):
-        """(place in a series of the run, in `past`), ... of what evolves with such a derivative, in a direction."""
+        """(place in a series of the run, place in `past`), ... of evolutions with this level, in a direction."""
         of_run = self.run.past
         orders = [evolution.order for evolution in of_run.evolutions]
         known = zip(orders, of_run.places, self._places[k], strict=True)
@@ -237,7 +237,7 @@ class Tangents:
                 yield tuple(slice(block[0][i].start, block[-1][i].stop) for i in (1, 2))
 
     def destroy(self) -> None:
-        """Give PETSc's objects of the neighbours back."""
+        """Free the PETSc objects of the neighbours."""
         own = [self._own] if self._own else []
         for one in (*(side for pair in self.pairs for side in pair.sides), *own):
             one.problem.destroy()
@@ -271,7 +271,7 @@ class Tangents:
                 self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
 
     def finish(self) -> None:
-        """Make past of it, when the run has."""
+        """Shift the step to the past, after the run has done so."""
         if self.fault:
             return
         self._accept()
@@ -279,7 +279,7 @@ class Tangents:
         self._predictor.counted()
 
     def _may_borrow(self):
-        """True if the run's matrix was made in this step, with the same elements slack, and has served well lately."""
+        """True if the run's matrix was computed in this step, with the same slack elements, and works well."""
         law, before, self._made = self.run.system.law, self._made, self._lender.numbers.jacobians_total
         self._pause -= 1
         if self._pause > 0 or self._made == before:
@@ -288,7 +288,7 @@ class Tangents:
         return bool(allreduce(self.run.comm, int(same), MPI.MIN))
 
     def _found(self, solver):
-        """Take the step with the matrix of a solver; whether all increments became small."""
+        """Take the step with the matrix of a solver; returns whether all increments became small."""
         numbers = solver.numbers
         numbers.taken = numbers.missed = 0
         self._step[solver]()
@@ -333,7 +333,7 @@ class Tangents:
         )
 
     def _taking(self, k, solver):
-        """Functions that find the derivative of the unknowns in a direction, with the matrix of a solver."""
+        """Functions that compute the derivative of the unknowns in a direction, with the matrix of a solver."""
         run, pair, rate, increment = self.run, self.pairs[k], self.u[k], self._increments[solver][k]
         sides, series = pair.sides, self.past.series
         histories = [
@@ -360,7 +360,7 @@ class Tangents:
         yield from (one.simulation.read_end_forces for one in sides)
 
     def _reading(self, k):
-        """Functions that make what is new of entries that are no unknowns, but functions of these."""
+        """Functions that compute the new derivatives of entries that are functions of the unknowns."""
         pair, computed = self.pairs[k], self.run.past.computed
         yield from (function for one in pair.sides for function in one.past.reading()[1:])
         for place, of_all in zip(self.run.past.places, self._places[k], strict=True):
@@ -368,7 +368,7 @@ class Tangents:
                 yield pair.difference(_new(self.past)[of_all], lambda one, p=place: _new(one.past)[p])
 
     def _accepting(self, k):
-        """Functions that take what the run and its neighbours have touched up."""
+        """Functions that update derivatives after the run and its neighbours have modified accepted values."""
         pair, touched = self.pairs[k], [buoy.part.slice for buoy in self.run.problem.buoys.values()]
         for i, rate in enumerate(pair.memory):
             yield pair.difference(rate, lambda one, i=i: _arrays(one)[i])
@@ -377,7 +377,7 @@ class Tangents:
 
 
 def _arrays(simulation):
-    """Memory of accepted steps, flat arrays."""
+    """State of accepted steps other than unknowns, as flat arrays."""
     return [values.reshape(-1) for memory in simulation.memory for values in memory.values()]
 
 
