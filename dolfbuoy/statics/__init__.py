@@ -1,1 +1,1 @@
-"""Rest: closed forms, Newton, continuation."""
+"""Static equilibrium: closed forms, Newton, continuation."""

@@ -1,4 +1,4 @@
-"""Buoys of scenes without lines: which of them take-offs hold, and where those float that nothing holds."""
+"""Buoys of scenes without lines: those held by take-offs, and positions of those held by nothing."""
 
 from collections.abc import Callable
 
@@ -8,12 +8,12 @@ from ..scene.buoy import Buoy
 from ..scene.network import Network
 from ..scene.take_off import TakeOff
 
-#: Part of a take-off's length by which it is drawn out, for a start.
+#: Initial elongation of a take-off, as a fraction of its length.
 NUDGE = 1e-6
 
 
 def held_by_take_offs(network: Network) -> set[str | None]:
-    """Names of buoys that take-offs hold at rest: from a place that is given, or from one that is so held."""
+    """Names of buoys held in statics by take-offs, from a fixed point or from another such buoy."""
     ends = [device.ends for device in network.take_offs.values() if device.section.holds]
     pairs, held = [*ends, *(pair[::-1] for pair in ends)], set[str | None]()
     for _ in ends:
@@ -22,9 +22,9 @@ def held_by_take_offs(network: Network) -> set[str | None]:
 
 
 def places_adrift(scene: Scene, length: Callable[[TakeOff], float]) -> dict[str, list[float]]:
-    """Places of C [m] of buoys whose take-offs lead to no place: afloat, one beside the other along x.
+    """Positions of C [m] of buoys whose take-offs do not lead to a fixed point: afloat, side by side along x.
 
-    length: at which a take-off is without tension [m]; where it has none the hulls are beside each other.
+    length: length of a take-off without tension [m]; if it has none, the hulls are placed side by side.
     """
     network, found = scene.network, dict[str, list[float]]()
     ends = [(device.section, device.ends) for device in network.take_offs.values() if not network.pieces]
@@ -45,7 +45,7 @@ def places_adrift(scene: Scene, length: Callable[[TakeOff], float]) -> dict[str,
 
 
 def floating_height(scene: Scene, buoy: Buoy) -> float:
-    """Height of C above still water where a buoy floats upright, alone [m]; 0 where no water carries it."""
+    """Height of C above still water of a buoy floating upright without lines [m]; 0 without water or gravity."""
     if scene.sea is None or not scene.gravity:
         return 0.0
     mass = mass_properties(buoy)

@@ -1,4 +1,4 @@
-"""Closed form of a uniform elastic cable hanging under its own weight: starts of Newton, and exact solutions for tests.
+"""Closed form of a uniform elastic cable hanging under its own weight: initial guess for Newton, reference in tests.
 
 In the vertical plane through its ends, with w [N/m] the weight per unstretched length, H the horizontal and
 V = V0 + w s the vertical part of the tension (Irvine, *Cable Structures*, 1981):
@@ -28,7 +28,7 @@ class Catenary:
     H: float
     V0: float
 
-    length_on_bed = 0.0  # it hangs free; see on_bed
+    length_on_bed = 0.0  # hangs free; see on_bed
 
     def vertical(self, s: ArrayLike) -> Array:
         """V(s) [N]."""
@@ -62,8 +62,8 @@ class Catenary:
 def between(start: ArrayLike, end: ArrayLike, L: float, w: float, EA: float) -> Catenary:
     """Cable between two points.
 
-    A cable above a point of its own (no horizontal distance) is given the horizontal distance L/10^4, so that its
-    fold has a radius.  Raises ValueError for an inextensible cable shorter than the distance.
+    If the ends are one above the other, a horizontal distance of L/10^4 is assumed, so that a fold has a radius.
+    Raises ValueError for an inextensible cable shorter than the distance.
     """
     start, end = np.asarray(start, float), np.asarray(end, float)
     chord = end - start

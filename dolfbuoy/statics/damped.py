@@ -1,7 +1,7 @@
-"""Damped motion to rest: steps of backward Euler that grow until nothing is left of the inertia.
+"""Damped motion to rest: backward Euler steps that grow until the inertia is negligible.
 
-The inertia rho0 (r - r*)/h^2 holds lines and buoys, with r* where they were (each step from rest), or where they would
-have gone on to.  A line without tension on the bed stays where it comes to lie, which nothing else determines.
+The inertia rho0 (r - r*)/h^2 restrains lines and buoys, where r* is their last position (each step from rest) or that
+extrapolated with their velocity.  A line without tension on the bed, otherwise undetermined, stays where it settles.
 """
 
 from typing import NamedTuple
@@ -15,14 +15,14 @@ from ..model.problem import Problem
 from ..parallel import interruption
 from ..parallel.ranks import allreduce
 
-#: Inertia that is left, relative to the weight.
+#: Residual inertia, relative to the weight.
 LEFT = 1e-11
-#: Forces that are left at rest, relative to what is typical: a short step asks for less than that of its inertia.
+#: Residual forces at rest, relative to typical ones, because for a short step `LEFT` alone is a weak criterion.
 BALANCED = 1e-6
 
 
 class Scale(NamedTuple):
-    """Unknowns (n,) that are the places of all that moves in a Problem, a length [m], an acceleration [m/s^2]."""
+    """Position unknowns (n,) of everything that moves in a Problem, typical length [m] and acceleration [m/s^2]."""
 
     places: NDArray[np.int64]
     length: float
@@ -30,7 +30,7 @@ class Scale(NamedTuple):
 
     @classmethod
     def of(cls, problem: Problem) -> "Scale":
-        """Nodes of all lines, and the centres of buoys that no line moves; the longest line, or hull."""
+        """Scale from the nodes of all lines and the centres of buoys without lines; length: of the longest one."""
         lines, places, mass = problem.lines, [], 0.0
         for buoy in problem.buoys.values():
             if not problem.attached_to(buoy):
@@ -48,14 +48,14 @@ class Scale(NamedTuple):
     @property
     def period(self) -> float:
         """Period over 2 pi of a pendulum of this length [s]."""
-        return float(np.sqrt(self.length / self.acceleration))  # floats of Python overflow silently
+        return float(np.sqrt(self.length / self.acceleration))  # Python floats overflow silently
 
     def farthest(self, problem: Problem, moved: NDArray[np.float64]) -> float:
-        """Largest change of a place on any rank [m], of a change of the unknowns."""
+        """Largest displacement on any rank [m] for a change of the unknowns."""
         return float(allreduce(problem.comm, float(np.abs(moved[self.places]).max(initial=0.0)), MPI.MAX))
 
     def is_rest(self, problem: Problem, farthest: float, h: float) -> bool:
-        """True if a step h [s] has moved no place farther than its inertia allows, and all is in balance without it."""
+        """True if in a step h [s] all displacements imply negligible inertia, and forces balance without it."""
         if farthest > LEFT * self.acceleration * h**2:
             return False
         _let_go(problem)
@@ -69,12 +69,12 @@ def _let_go(problem: Problem) -> None:
 
 
 def approach(problem: Problem, first: float, steps: int = 60, most: int = 4, growth: float = 2.0) -> None:
-    """Move to rest from a start near it: steps, each from rest, left after `most` iterations of Newton's method.
+    """Move to rest from a start near it: steps, each from rest, ended after `most` Newton iterations.
 
-    They begin with `first` periods, and grow by up to `growth` as the speed falls (switched evolution relaxation).
-    Where Newton's method alone goes round in circles, between what is slack and what is not, or finds a singular
-    matrix, because nothing holds a slack line on the bed or the surface, this ends after a tenth of the iterations that
-    `relax` takes, or not at all.  Raises SolveError.
+    The first step is `first` periods; steps grow by up to `growth` as the speed falls (switched evolution relaxation).
+    Where Newton's method alone cycles between slack and taut states, or meets a singular matrix because a slack line on
+    the bed or the surface is not restrained, this either converges in a tenth of the iterations of `relax` or fails.
+    Raises SolveError.
     """
     system, newton, scale = problem.system, problem.newton, Scale.of(problem)
     h, last = first * scale.period, None

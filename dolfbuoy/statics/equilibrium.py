@@ -1,4 +1,4 @@
-"""Equilibrium of a scene: lines between what holds them, with the buoys on them, or buoys that float freely."""
+"""Static equilibrium of a scene: lines with buoys, or freely floating buoys."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -24,16 +24,16 @@ from .rods import weak_springs
 from .start import Start, closed_form, given_start
 from .ways import MOTIONS, WAYS, Way, find_rest
 
-#: A yaw that still changes by less [rad] has been found.
+#: Change of yaw below which it is accepted [rad].
 SETTLED = 1e-11
-#: Torque and force that are left, relative to what is typical, where a yaw or a place is free.
+#: Residual torque and force, relative to typical ones, accepted where yaw or position is indeterminate.
 BALANCED = 1e-8
 
 
 def solve_equilibrium(scene: Scene, comm: Any = MPI.COMM_WORLD, make: Callable[..., Problem] = Problem) -> Problem:
-    """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
+    """Solve for equilibrium in current, wind and external force (no waves); the solution is in `problem.system.u`.
 
-    make: (scene, dynamic, comm) -> Problem; another than Problem may use one again (`model.pool`).
+    make: (scene, dynamic, comm) -> Problem; other factories than Problem may reuse one (`model.pool`).
 
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
@@ -52,7 +52,7 @@ def solve_equilibrium(scene: Scene, comm: Any = MPI.COMM_WORLD, make: Callable[.
 
 
 def _rest(problem: Problem) -> None:
-    """Rest without friction, from nowhere or from the points of the scene; from these too where all else fails."""
+    """Frictionless equilibrium, from the closed form or the points of the scene; the latter also if all else fails."""
     initial, reasons = problem.scene.initial, []
     starts: list[tuple[str, Callable[[Problem], Start], Sequence[Way]]] = [("", closed_form, WAYS)]
     if initial.points is not None:
@@ -73,7 +73,7 @@ def _rest(problem: Problem) -> None:
 
 
 def _check_determined(problem: Problem) -> None:
-    """Refuse a scene that leaves a tension or a place open.  Raises InputError."""
+    """Refuse a scene in which a tension or position is undetermined.  Raises InputError."""
     scene, network = problem.scene, problem.network
     for piece in network.pieces:
         c: Any = piece.section
@@ -111,7 +111,7 @@ def _check_determined(problem: Problem) -> None:
 
 
 def _check_taut(network: Any) -> None:
-    """Refuse inextensible cables that lead taut from one held place by joints to another.  Raises InputError."""
+    """Refuse inextensible cables that are taut between two fixed points, via joints.  Raises InputError."""
     nodes: dict[Any, int] = {}
     ways = []
     for piece in network.pieces:
@@ -126,7 +126,7 @@ def _check_taut(network: Any) -> None:
     from scipy.sparse.csgraph import shortest_path  # slow to import
 
     lengths, low, high = np.array(ways).T
-    # of two cables between the same nodes the shorter one counts: a sum would be longer than either
+    # of two cables between the same nodes keep the shorter one: csr_matrix would add them up
     order = np.lexsort((lengths, high, low))
     first = order[np.unique(np.column_stack([low, high])[order], axis=0, return_index=True)[1]]
     graph = csr_matrix((lengths[first], (low[first], high[first])), 2 * (len(nodes),))
@@ -143,8 +143,8 @@ def _check_taut(network: Any) -> None:
 
 
 def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
-    """Buoys without lines, upright; in still water where take-offs do not hold all of them: steady loads across would
-    carry them away for ever.  Where no water carries these either they begin where they are."""
+    """Equilibrium of buoys without lines, upright; in still water unless take-offs hold all of them, because steady
+    horizontal loads would set them adrift.  Without water to float in either, they stay at their start."""
     held = scene.network.buoys.keys() <= held_by_take_offs(scene.network)
     calm = scene if held else adrift_nowhere(scene)
     problem = make(calm.model_copy(update={"waves": None}), dynamic=False, comm=comm)
@@ -158,9 +158,8 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
 
 
 def let_turn(problem: Problem) -> None:
-    """Find the yaw under lines off the axis, and the place of buoys without lines: the spring that holds a buoy against
-    turning about its axis, or against going away, itself goes away by and by; where that fails it turns in a damped
-    motion."""
+    """Find the yaw under off-axis lines, and the position of buoys without lines: the artificial spring that restrains
+    yaw or drift is re-centred repeatedly until it is unloaded; if that fails, the buoy turns in a damped motion."""
     parts: list[Any] = [*problem.network.pieces, *problem.network.take_offs.values()]
     if not any(end.fairlead for part in parts for end in part.ends) and not problem.network.take_offs:
         return
@@ -174,7 +173,7 @@ def let_turn(problem: Problem) -> None:
         except SolveError:
             left = problem.system.residual_by_block()
             if max(left["buoy torque balance"], left["buoy position r_C"]) < BALANCED:
-                return  # nothing but the gauge holds it: where it is it may stay
+                return  # only the gauge restrains it: any position will do
             break
         change = problem.system.u - before
         turns = [b.fields.of(change[b.part.slice]).orientation for b in problem.buoys.values()]

@@ -1,4 +1,4 @@
-"""The shapes of the cables and the poses of the buoys from which a run starts, where the scene gives them."""
+"""Initial shapes of the cables and poses of the buoys, if given by the scene."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -13,14 +13,14 @@ from ..scene.buoy import BuoyStart
 from ..scene.network import End, Network
 from .catenary import Array
 
-#: Places that should be one may differ by this part of a length.
+#: Tolerance for coincident points, as a fraction of a length.
 SAME = 1e-6
 #: (r_C, q4) of buoys by name.
 Poses = Mapping[str, tuple[Array, Array]]
 
 
 def check_first_shape(scene: Scene) -> None:
-    """Refuse a straight line or a polyline that no cable of the scene can have.  Raises InputError."""
+    """Refuse a straight line or polyline that is impossible for its cable.  Raises InputError."""
     network = scene.network
     if network.pieces and scene.initial.kind != "equilibrium":
         given_shapes(scene, {name: given_pose(buoy.initial) for name, buoy in network.buoys.items()})
@@ -43,7 +43,7 @@ def place_of(network: Network, end: End, poses: Poses) -> Any:
 
 
 def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
-    """The scene with its buoys replaced by fixed ends of the lines there."""
+    """The scene with its buoys replaced by fixed ends of lines."""
     network, cables = scene.network, []
     for number, cable in enumerate(scene.cables):
         changes: dict[str, Any] = {}
@@ -60,7 +60,7 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
 
 
 def _beside_buoys(network: Network, poses: Poses) -> Any:
-    """Take-offs of a network whose buoys are fixed ends; none between two of these."""
+    """Take-offs of a network with buoys replaced by fixed ends; those between two fixed ends are omitted."""
     found = []
     for device in network.take_offs.values():
         if any(end.kind == "joint" for end in device.ends):
@@ -72,7 +72,7 @@ def _beside_buoys(network: Network, poses: Poses) -> Any:
 
 
 def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
-    """Initial shape of each piece of line, a function s -> points (n, 3).  Raises InputError."""
+    """Initial shapes of the pieces of line, functions s -> points (n, 3).  Raises InputError."""
     network = scene.network
     shapes: list[Callable[[Any], Array]] = []
     joints: dict[str | None, Array] = {}
@@ -98,7 +98,7 @@ def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
 
 
 def given_ends(scene: Scene, shapes: list[Callable[[Any], Array]], poses: Poses) -> list[tuple[Array, Array]]:
-    """Places of both ends of each take-off [m]; shapes: of the pieces of line.  Raises InputError."""
+    """Positions of both ends of each take-off [m]; shapes: those of the pieces of line.  Raises InputError."""
     network, places = scene.network, dict[str | None, Array]()
     for piece, shape in zip(network.pieces, shapes, strict=True):
         for s, end in zip((0.0, piece.section.length), piece.ends, strict=True):
@@ -121,7 +121,7 @@ def _points_of(scene: Scene, number: int, ends: tuple[End, End], places: list[Ar
     known = []
     for end, place in zip(ends, places, strict=True):
         if place is None and end.top is not None and end.top.position is not None:
-            place = np.array(end.top.position)  # of a free end: its release
+            place = np.array(end.top.position)  # of a free end: position of release
         if place is None:
             raise InputError(f"initial.kind = 'straight': where cable.{name} ends is not known; take 'polyline'.")
         known.append(place)
@@ -143,7 +143,7 @@ def points_of(scene: Scene, number: int) -> list[Array]:
 
 
 def _check_place(points: list[Array], key: str, index: int, place: Array, length: float, must: str) -> None:
-    """Refuse a first or last point that is not where its end is."""
+    """Refuse a first or last point that does not coincide with its end.  Raises InputError."""
     if np.linalg.norm(points[index] - place) > SAME * length:
         shown, wanted = (tuple(float(x) for x in y) for y in (points[index], place))
         raise InputError(f"{key}[{index}] = {shown}: {must} {wanted}.")
@@ -161,7 +161,7 @@ def _check_length(scene: Scene, points: list[Array], key: str, length: float, el
 
 
 def _along(given: list[Array], length: float, begin: float) -> Callable[[Any], Array]:
-    """s -> point on the polyline, arc length proportional to begin + s."""
+    """Function s -> point on the polyline, arc length proportional to begin + s."""
     points = np.array(given)
     corners = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     corners *= length / corners[-1]

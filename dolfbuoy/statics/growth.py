@@ -1,7 +1,7 @@
-"""Fixed-point iteration between the equilibrium of lines and the marine growth of the depths where they rest.
+"""Fixed-point iteration between the equilibrium of lines and the marine growth at their depths.
 
-Where the table is steep a line may swing from round to round; so each goes as far as Aitken's rule has it (Kuettler and
-Wall, Comput. Mech. 43, 2008), and half as far again and again where Newton finds no rest.
+With a steep table a line may oscillate from round to round; so each step is relaxed by Aitken's rule (Kuettler and
+Wall, Comput. Mech. 43, 2008), and halved repeatedly if Newton finds no equilibrium.
 """
 
 from collections.abc import Callable
@@ -15,10 +15,10 @@ from ..parallel.ranks import allreduce
 from .catenary import Array
 from .ways import is_compressed
 
-#: Factors that change by less have been found.
+#: Change of the factors below which they are accepted.
 SETTLED = 1e-9
 ROUNDS = 200
-#: Least part of the way that Aitken's rule may give.
+#: Lower limit of the relaxation factor of Aitken's rule.
 LEAST = 0.02
 NONE = (
     "cable.marine_growth and the depths at which the cable rests with it do not come to agree (a line may hover where "
@@ -27,7 +27,7 @@ NONE = (
 
 
 def settle(problem: Problem, rest: Callable[[], None]) -> None:
-    """Equilibrium and growth of a static Problem; `rest` solves for the former from nowhere.  Raises SolveError."""
+    """Find equilibrium and growth of a static Problem; `rest` finds the former from scratch.  Raises SolveError."""
     growth, share, last = problem.lines.growth, 1.0, None
     growth.factors = growth.of_the_water()
     rest()
@@ -45,7 +45,7 @@ def settle(problem: Problem, rest: Callable[[], None]) -> None:
 
 
 def _go(problem: Problem, now: Array, way: Array, share: float, rest: Callable[[], None]) -> float:
-    """Go this share of the way, from the last equilibrium or from nowhere, else a smaller one; return the share."""
+    """Take this share of the step, or a smaller one, from the last equilibrium or from scratch; return the share."""
     before, spent = problem.system.u.copy(), problem.iterations
     pressed, why = is_compressed(problem), None
     ways = [(share, False), (share, True), *((share / 2**k, False) for k in range(1, 12))]

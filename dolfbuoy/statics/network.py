@@ -1,9 +1,9 @@
-"""Rest of a network of lines in still water by closed forms: the start of the statics, with no element in it.
+"""Equilibrium of a network of lines in still water by closed forms, without elements: the initial guess of the statics.
 
 A line is one Piece or several: uniform, elastic or inextensible, heavier or lighter than water, between two joints.
-Joints are held or free; free ones carry a net force, which may depend on where they are (a float, a moored hull).
-Under it all may lie a flat bed without friction.  The equations and why they can be solved from nowhere are those of
-`network_equations`; here are the network and the shape of its rest.
+Joints are fixed or free; free ones carry a net force, which may depend on their position (a float, a moored hull).
+There may be a flat bed without friction.  The equations, and why they can be solved without an initial guess, are in
+`network_equations`; this module has the network and the shape of its equilibrium.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,11 +22,11 @@ from .on_bed import UP, Bed, Lying, OnBed
 
 ORIGIN = (0.0, 0.0, 0.0)
 FLIP = np.diag([1.0, 1.0, -1.0])
-#: A length that lies counts from this part of the piece on; less is what smoothing leaves.
+#: Least grounded length, as a fraction of the piece; less is an artefact of smoothing.
 LYING = 3e-5
-#: Rounds in which a table T(e) is taken as one stiffness, and a change of it that does not count.
+#: Rounds in which a table T(e) is replaced by one stiffness, and the relative change of it that is negligible.
 ROUNDS, SAME = 20, 1e-3
-#: An end is on the bed below this part of the piece's length.
+#: Height below which an end counts as on the bed, as a fraction of the piece's length.
 AT_BED = 1e-7
 
 
@@ -34,8 +34,8 @@ AT_BED = 1e-7
 class Joint:
     """Point to which pieces are tied.
 
-    Held at `position`, or free, from anywhere (None) or near `position`; `load` is the net force on a free one [N],
-    or a function that gives it and its derivative, shapes (3,) and (3, 3), from the position; `push` [N] is added.
+    Fixed at `position`, or free, with no guess (None) or one of `position`; `load` is the net force on a free one [N],
+    or a function of the position giving it and its derivative, shapes (3,) and (3, 3); `push` [N] is added.
     """
 
     position: Sequence[float] | Array | None = None
@@ -48,7 +48,7 @@ class Joint:
 class Piece:
     """Uniform line between two joints (indices), or points fixed to them: `length` [m], weight in water `w` [N/m].
 
-    drag: of a stream on it, the same all along [N/m]; with one it hangs across weight and drag, and lies nowhere.
+    drag: that of a current, uniform along the piece [N/m]; with drag the line is taken not to touch the bed.
     """
 
     start: int
@@ -67,7 +67,7 @@ class Piece:
 
     @cached_property
     def frame(self) -> Array:
-        """Axes (rows) in which the load points down."""
+        """Axes (rows) of a frame in which the load points down."""
         down = self.load / np.linalg.norm(self.load)
         across = np.cross(down, np.eye(3)[np.abs(down).argmin()])
         across /= np.linalg.norm(across)
@@ -76,7 +76,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Network:
-    """Joints, pieces, the bed (None: no bed) and the height of a water surface through which no light line rises."""
+    """Joints, pieces, the bed (None: no bed) and the height of the water surface, which buoyant lines do not cross."""
 
     joints: Sequence[Joint]
     pieces: Sequence[Piece]
@@ -85,11 +85,11 @@ class Network:
 
     @cached_property
     def floor(self) -> float | None:
-        """Height of a flat bed [m]; through a sloped one lines hang while their joints are looked for."""
+        """Height of a flat bed [m]; a sloping one is ignored while solving for the joints."""
         return None if self.bed is None or self.bed.normal[2] < 1 else self.bed.offset
 
     def floats(self, piece: Piece) -> bool:
-        """True if a piece may float on the surface: a light one that nothing holds above it."""
+        """True if a piece may float on the surface: buoyant, with no end fixed above it."""
         if self.surface is None or piece.w >= 0 or np.any(piece.drag):
             return False
         ends = (self.joints[piece.start], piece.start_offset), (self.joints[piece.end], piece.end_offset)
@@ -99,7 +99,7 @@ class Network:
         )
 
     def is_held(self, piece: Piece) -> bool:
-        """True if both ends of a piece are held."""
+        """True if both ends of a piece are fixed."""
         return not (self.joints[piece.start].free or self.joints[piece.end].free)
 
 
@@ -117,7 +117,7 @@ class Shape(Protocol):
 
 
 class Drawn(NamedTuple):
-    """Shape of a piece without weight, or along given points, under a pull that is the same all along [N]."""
+    """Shape of a weightless piece, or along given points, under a uniform tension [N]."""
 
     position: Callable[[Any], Array]
     pull: Sequence[float] | Array = ORIGIN
@@ -130,7 +130,7 @@ class Drawn(NamedTuple):
 
 
 class Turned(NamedTuple):
-    """Shape of a piece in a frame of its own (rows): upside down under the surface, or across weight and drag."""
+    """Shape of a piece in its own frame (rows): upside down under the surface, or aligned with weight plus drag."""
 
     shape: Any
     frame: Array
@@ -151,9 +151,9 @@ class Turned(NamedTuple):
 
 @dataclass(frozen=True)
 class Rest:
-    """A network at rest: `positions` of all joints; tension at its start, length that lies and ends of every piece.
+    """A network in equilibrium: `positions` of all joints; tension at the start, grounded length, ends of each piece.
 
-    state: unknowns of what moves, from which networks like this are solved; None if nothing does.
+    state: unknowns of the free part, a guess for similar networks; None if nothing is free.
     """
 
     network: Network
@@ -175,7 +175,7 @@ class Rest:
         return Turned(self._hanging(i, network, own, (frame @ start, frame @ end), frame @ pull), frame)
 
     def _hanging(self, i: int, network: Network, piece: Piece, ends: Sequence[Array], pull: Array) -> Any:
-        """Shape of a piece in a network with a bed, or without one."""
+        """Shape of a piece in a network with or without a bed."""
         start, end = ends
         if network.is_held(piece):
             return _between(network, piece, start, end)
@@ -210,7 +210,7 @@ class Rest:
 
 
 def _in_own_frame(network: Network, piece: Piece) -> tuple[Network, Piece, Array] | None:
-    """The network and the piece as they are in the piece's own frame, and this frame; None: it is the usual one."""
+    """The network and the piece in the piece's own frame, and this frame; None for the world frame."""
     if np.any(piece.drag):
         own = replace(piece, w=float(np.linalg.norm(piece.load)), drag=ORIGIN)
         return replace(network, bed=None), own, piece.frame
@@ -221,7 +221,7 @@ def _in_own_frame(network: Network, piece: Piece) -> tuple[Network, Piece, Array
 
 
 def _between(network: Network, piece: Piece, start: Array, end: Array) -> Any:
-    """Closed form of a piece between two places."""
+    """Closed form of a piece between two points."""
     if (turned := _in_own_frame(network, piece)) is not None:
         network, own, frame = turned
         return Turned(_between(network, own, frame @ start, frame @ end), frame)
@@ -233,10 +233,10 @@ def _between(network: Network, piece: Piece, start: Array, end: Array) -> Any:
 
 
 def solve(network: Network, near: Rest | None = None) -> Rest:
-    """Rest of a network, from nowhere: no start is needed.  Raises SolveError if it has none or none is found.
+    """Equilibrium of a network, without an initial guess.  Raises SolveError if it has none or none is found.
 
-    near: rest of one that differs little, with the same joints and pieces, from which it is found sooner.  A table T(e)
-    counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
+    near: equilibrium of a similar one with the same joints and pieces, as an optional guess to save time.  A table T(e)
+    is replaced by one stiffness, approximately that at the largest tension of its piece.
     """
     for number, piece in enumerate(network.pieces):
         start, end = network.joints[piece.start], network.joints[piece.end]
@@ -259,13 +259,13 @@ def solve(network: Network, near: Rest | None = None) -> Rest:
 
 
 def _solve(network: Network, near: Rest | None) -> Rest:
-    """Rest with each table as a number.  Pieces between held ends have nothing to do with the others."""
+    """Equilibrium with a number for each table.  Pieces between fixed ends are independent of the others."""
     places = [np.zeros(3) if joint.free else np.asarray(joint.position) for joint in network.joints]
     positions = np.array(places, float)
     held, n = np.array([network.is_held(piece) for piece in network.pieces]), len(network.pieces)
     pulls, lying, ends, state = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 2, 3)), None
     if not held.all():
-        from .network_equations import Equations  # and scipy: 0.1 s of every start
+        from .network_equations import Equations  # imports scipy: 0.1 s
 
         moving = replace(network, pieces=[piece for piece, h in zip(network.pieces, held, strict=True) if not h])
         found = Equations(moving).solve(near.state if near else None)

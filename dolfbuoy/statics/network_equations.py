@@ -1,22 +1,22 @@
-"""Equations of a network of catenaries, and their solution from nowhere.
+"""Equations of a network of catenaries, and their solution without an initial guess.
 
-Unknowns: position x of every free joint and the reaction R of the bed there; of every piece its tension n at the start
-as a vector and the least height d of the line above the bed.  With l(d) the length that lies, V_0 = n_z,
-V_1 = V_0 + w (L - l), V_l the middle one of 0, V_0, V_1, h = |(n_x, n_y)|, T = |(h, V)|, e = T + T^2/(2 EA):
+Unknowns: for every free joint its position x and the bed reaction R; for every piece the tension vector n at its start
+and the least height d of the line above the bed.  With l(d) the grounded length, V_0 = n_z, V_1 = V_0 + w (L - l),
+V_l the median of 0, V_0, V_1, h = |(n_x, n_y)|, T = |(h, V)|, e = T + T^2/(2 EA):
 
     n_xy ((asinh(V_1/h) - asinh(V_0/h))/w + l/T_l + L/EA)  =  (x_end - x_start)_xy
-    z_start - d = (e_0 - e_l)/w,   z_end - d = (e_1 - e_l)/w            (and l de_l/dV_l, should V_l not be 0)
+    z_start - d = (e_0 - e_l)/w,   z_end - d = (e_1 - e_l)/w            (plus l de_l/dV_l if V_l is not 0)
     sum of the pieces' ends + load + R e_z = 0
     l = 0 if d > 0, L if d < 0;   R z = 0, none of them negative         (z: heights above the bed)
 
-A light piece under the surface is the same upside down: z, n_z, w and V change their signs, and so does R of a joint
-of such pieces alone.  One in a stream is the same in a frame whose vertical is the direction of weight and drag.
+A buoyant piece under the surface is treated upside down: z, n_z, w and V change sign, and so does R of a joint with
+only such pieces.  A piece in a current is treated in a frame whose vertical is the direction of weight plus drag.
 
-Lines that take no compression have a convex energy, and so has a bed without friction: there is one equilibrium (of
-slack lines only the tension is determined), and these are the equations of a saddle point, convex in x and d, concave
-in the forces and l.  One number smooths them: h^2 -> h^2 + eps^2, a compliance of eps/F^2 more, R z = eps, and
-d = eps (1/l - 1/(L - l)).  At eps = F, a typical force, all is nearly linear and Newton starts from anything; eps then
-falls to almost 0, and the state follows along the tangent.
+Tension-only lines have a convex energy, and so has a bed without friction: there is one equilibrium (for slack lines
+only the tension is unique), and these are the equations of a saddle point, convex in x and d, concave in the forces and
+l.  They are smoothed by one parameter: h^2 -> h^2 + eps^2, an additional compliance eps/F^2, R z = eps, and
+d = eps (1/l - 1/(L - l)).  At eps = F, a typical force, they are nearly linear and Newton converges from any guess; eps
+is then reduced almost to 0, with the state predicted along the tangent.
 """
 
 import itertools
@@ -32,23 +32,23 @@ from .catenary import Array
 if TYPE_CHECKING:
     from .network import Joint, Network
 
-#: Smoothing at the end, of a typical force; the compliance that goes with it is taken away before.
+#: Final smoothing relative to a typical force; the additional compliance is removed earlier.
 LAST_EPS = 1e-13
-#: Compliance and R z at the end.
+#: Final compliance and R z.
 LAST_SOFTNESS = 1e-16
-#: Smoothing that will do where slack lines allow no less.
+#: Acceptable smoothing if slack lines do not allow less.
 GOOD_EPS = 1e-6
-#: Residual in typical lengths and forces at which a state is accepted: while eps falls, and at the end.
+#: Residual in typical lengths and forces at which a state is accepted: while eps decreases, and finally.
 LOOSE, TIGHT = 1e-6, 1e-9
-#: Evaluations after which a network under a surface is given up: most take a fifth of them.
+#: Limit of evaluations for a network under a surface: most take a fifth of them.
 PATIENCE = 800
 TINY = 1e-40  # complex step: derivatives exact to rounding
-#: Unknowns up to which a matrix is full: to import SciPy costs 0.1 s.
+#: Unknowns up to which dense matrices are used: importing SciPy takes 0.1 s.
 DENSE = 200
 
 
 class State(NamedTuple):
-    """Unknowns, smoothing and compliance, with the residual and the Jacobian there."""
+    """Unknowns, smoothing and compliance, with the residual and Jacobian."""
 
     y: Array
     eps: float
@@ -58,7 +58,7 @@ class State(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Unknowns of a solution with the smoothing and the unit of force [N] in which they are."""
+    """Unknowns of a solution, with their smoothing and unit of force [N]."""
 
     y: Array
     eps: float
@@ -66,7 +66,7 @@ class Near(NamedTuple):
 
 
 class Equations:
-    """Residual and Jacobian in units of a typical force and length; `solve` gives the rest in SI units."""
+    """Residual and Jacobian in units of a typical force and length; `solve` returns the equilibrium in SI units."""
 
     def __init__(self, network: "Network"):
         self.network, pieces, joints, self.evaluations = network, network.pieces, network.joints, 0
@@ -83,7 +83,7 @@ class Equations:
         self.turned = np.diff(self._steps_from_the_lowest()[self.joint])[:, 0] < 0
         for ends in (self.joint, self.offset):
             ends[self.turned] = ends[self.turned, ::-1]
-        # 1: over the bed, -1: upside down under the surface; pieces with drag hang in frames of their own
+        # 1: over the bed, -1: upside down under the surface; pieces with drag have their own frames
         self.side = np.where([network.floats(piece) for piece in pieces], -1.0, 1.0)
         tilted = np.array([bool(np.any(piece.drag)) for piece in pieces])
         self.touches = (self.side < 0) | ((self.w > 0) & (network.floor is not None) & ~tilted)
@@ -105,14 +105,14 @@ class Equations:
         self.columns[self.free] = 3 * np.arange(len(self.free))
 
     def _side_of(self, i: int) -> float:
-        """-1 for a free joint of floating pieces alone, which no weight draws down, 1 for all others."""
+        """-1 for a free joint of floating pieces only and without a downward load, 1 for all others."""
         joint, (start, end) = self.network.joints[i], self.joint.T
         at, load = (start == i) | (end == i), joint.load
         sinks = callable(load) or np.asarray(load)[2] < 0
         return -1.0 if at.any() and np.all(self.side[at] < 0) and not sinks else 1.0
 
     def _steps_from_the_lowest(self) -> Array:
-        """Pieces from every joint to the lowest held one: Newton is quicker if pieces start where they may lie."""
+        """Number of pieces from each joint to the lowest fixed one: Newton is faster if pieces start near the bed."""
         joints = self.network.joints
         heights = np.array([np.inf if joint.position is None or joint.free else joint.position[2] for joint in joints])
         steps = np.where(heights <= heights.min() + 1e-6 * self.length_unit, 0, len(heights))
@@ -143,7 +143,7 @@ class Equations:
 
     @cached_property
     def slices(self) -> list[slice]:
-        """Places of x, n, d and R in the vector of unknowns, and of their equations among the rows."""
+        """Slices of x, n, d and R in the vector of unknowns, and of their equations in the residual."""
         sizes = np.cumsum([0, 3 * len(self.free), 3 * len(self.L), len(self.L), len(self.free)])
         return [slice(a, b) for a, b in itertools.pairwise(sizes)]
 
@@ -156,10 +156,10 @@ class Equations:
 
     @cached_property
     def held(self) -> Array:
-        """Positions of held joints, and the first guess of the others."""
+        """Positions of fixed joints, and initial guesses for the others."""
         known = [np.asarray(joint.position) for joint in self.network.joints if joint.position is not None]
         middle = np.mean(known, axis=0) if known else np.zeros(3)
-        afloat = middle * [1.0, 1.0, 0.0]  # where a load that depends on the place changes: at the water line
+        afloat = middle * [1.0, 1.0, 0.0]  # at the water line, where position-dependent loads vary
         guesses = [
             (afloat if callable(joint.load) else middle) if joint.position is None else np.asarray(joint.position)
             for joint in self.network.joints
@@ -167,17 +167,17 @@ class Equations:
         return np.array(guesses, float) / self.length_unit
 
     def lying(self, d: Array, eps: float) -> Array:
-        """Length l of every piece that lies, between 0 and L, from d."""
+        """Grounded length l of every piece, between 0 and L, from d."""
         if not self.touches.any():
             return np.zeros_like(d)
         d = np.where(self.touches, d, 0.0)
         root = np.sqrt((d * self.L) ** 2 + 4 * eps**2)
-        less = np.where(np.real(d) > 0, d, -d)  # to the end to which it is nearer
+        less = np.where(np.real(d) > 0, d, -d)  # from the nearer limit, 0 or L
         small = 2 * eps * self.L / (less * self.L + 2 * eps + root)
         return np.where(self.touches, np.where(np.real(d) > 0, small, self.L - small), 0.0)
 
     def law(self, nx: Array, ny: Array, V0: Array, d: Array, eps: float, more: float) -> Array:
-        """End minus start (3 rows), the start's height and the vertical tension at the end, of all pieces."""
+        """End minus start (3 rows), height of the start and vertical tension at the end, for all pieces."""
         w, c, lying, n_z = self.own_w, self.compliance + more, self.lying(d, eps), V0
         if self.turns:
             nx, ny, V0 = np.einsum("pij,j...p->i...p", self.frames, np.array([nx, ny, V0]))
@@ -232,7 +232,7 @@ class Equations:
 
     @cached_property
     def _places(self) -> list[Array]:
-        """(rows, columns) of the entries of the Jacobian, in the order of `_assemble`; negative: none."""
+        """(rows, columns) of the entries of the Jacobian, in the order of `_assemble`; negative: absent."""
         x0, n0, d0, R0 = (part.start for part in self.slices)
         pieces, joints = np.arange(len(self.L)), np.arange(len(self.free))
         start, end = (np.where(self.columns[side] < 0, -9, x0 + self.columns[side]) for side in self.joint.T)
@@ -246,7 +246,7 @@ class Equations:
         return [np.concatenate(part) for part in zip(*found, strict=True)]
 
     def _assemble(self, slopes: Array, loads: Sequence[tuple[Array, Array]], by_R: Array, by_height: Array) -> Any:
-        """Jacobian; slopes[row, k] of the law by n_x, n_y, n_z and d."""
+        """Jacobian; slopes[row, k]: derivatives of the law with respect to n_x, n_y, n_z and d."""
         one, size = np.ones(len(self.L)), self.slices[-1].stop
         slopes[3] = np.where(self.touches, slopes[3], np.array([[0.0], [0.0], [0.0], [1.0]]))
         slopes[4] *= -1
@@ -269,9 +269,9 @@ class Equations:
         return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
 
     def solve(self, near: Near | None = None) -> tuple[Array, Array, Array, Array, Near]:
-        """(positions, n at the start as given, lying lengths, ends), in SI units, and the state for networks like this.
+        """(positions, n at the start as given, grounded lengths, ends) in SI units, and the state for similar networks.
 
-        near: state of another network, of as many joints and pieces, tried first.  Raises SolveError.
+        near: state of another network with as many joints and pieces, tried first.  Raises SolveError.
         """
         y, eps = self._from(near) or self._follow(self._nowhere())
         state = Near(y.copy(), eps, self.force_unit)
@@ -285,7 +285,7 @@ class Equations:
         return x, n * self.force_unit, lying, ends, state
 
     def _nowhere(self) -> Array:
-        """Unknowns at eps = 1: joints where they are known or in the middle, pieces carried by their two ends."""
+        """Initial unknowns at eps = 1: joints at known positions or in the middle, pieces carried by both ends."""
         guess, (places, pulls, _, reactions) = np.zeros(self.slices[-1].stop), self.slices
         guess[places] = self.held[self.free].ravel()
         guess[pulls][2::3] = -self.w * self.L / 2
@@ -293,7 +293,7 @@ class Equations:
         return guess
 
     def _from(self, near: Near | None) -> tuple[Array, float] | None:
-        """State and smoothing from those of a network nearby; None if Newton does not come from there."""
+        """State and smoothing from those of a similar network; None if Newton does not converge from there."""
         if near is None or near.y.size != self.slices[-1].stop or near.eps > LAST_EPS:
             return None
         y = near.y.copy()
@@ -306,11 +306,11 @@ class Equations:
         return None if self._is_broken(y, LAST_SOFTNESS) else (y, near.eps)
 
     def _is_broken(self, y: Array, softness: float) -> bool:
-        """True if the compliance, which is there for Newton only, is felt: inextensible lines are too short."""
+        """True if the artificial compliance matters, which means that inextensible lines are too short."""
         return bool(softness * np.abs(y[self.slices[1]]).max() > GOOD_EPS)
 
     def _follow(self, y: Array, eps: float = 1.0, factor: float = 0.1) -> tuple[Array, float]:
-        """State and smallest eps: Newton for an eps that falls from 1, in steps that shrink where Newton fails."""
+        """State and smallest eps, by continuation in eps from 1, with smaller steps if Newton fails."""
         state, softness = self._newton(self._state(y, eps, eps), LOOSE), eps
         try:
             while eps > LAST_EPS:
@@ -337,7 +337,7 @@ class Equations:
         return State(y, eps, more, *self.evaluate(y, eps, more, jacobian=True))
 
     def _predicted(self, state: State, target: float) -> State:
-        """State along the tangent: slack tensions and small heights follow eps in proportion."""
+        """State predicted along the tangent: slack tensions and small heights are proportional to eps."""
         y, eps, change = state.y, state.eps, 1e-6 * state.eps
         slope = (self.evaluate(y, eps + change, eps + change) - state.residual) / change
         ahead = self._state(y - (target - eps) * _solved(state.jacobian, slope), target, target)
@@ -345,7 +345,7 @@ class Equations:
         return ahead if np.linalg.norm(ahead.residual) < stays else self._state(y, target, target)
 
     def _newton(self, state: State, enough: float, accepted: float | None = None) -> State:
-        """Newton down to a residual of `enough`; one of `accepted` will do where rounding allows no less."""
+        """Newton down to a residual of `enough`, or of `accepted` if rounding allows no less."""
         for _ in range(60):
             norm = float(np.linalg.norm(state.residual))
             if norm < enough:
@@ -365,7 +365,7 @@ class Equations:
 
 
 def _solved(matrix: Any, right: Array) -> Any:
-    """Solution of a linear system; not finite where it is singular."""
+    """Solution of a linear system; not finite if it is singular."""
     try:
         if isinstance(matrix, np.ndarray):
             return np.linalg.solve(matrix, right)
@@ -377,7 +377,7 @@ def _solved(matrix: Any, right: Array) -> Any:
 
 
 def _integral_of_one_over_T(V0: Array, V1: Array, T0: Array, T1: Array, h: Array, w: Array, length: Array) -> Array:
-    """Integral of 1/T over a hanging length, from whichever of its two forms loses no digits."""
+    """Integral of 1/T over a hanging length, from whichever of its two forms has no cancellation."""
     across = np.real(V0) * np.real(V1) < 0
     x = np.where(across, 0.0, w * length / (T0 + T1))
     small = np.abs(x) < 1e-3
@@ -387,6 +387,6 @@ def _integral_of_one_over_T(V0: Array, V1: Array, T0: Array, T1: Array, h: Array
 
 
 def _pair(a: Array, b: Array, eps: float) -> tuple[Array, Array, Array]:
-    """0 where a b = eps^2 with both positive (Fischer and Burmeister, smoothed), and its derivatives."""
+    """Smoothed Fischer-Burmeister function, 0 where a b = eps with both positive, and its derivatives."""
     size = np.sqrt(a**2 + b**2 + 2 * eps)
     return a + b - size, 1 - a / size, 1 - b / size

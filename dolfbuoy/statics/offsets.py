@@ -1,4 +1,4 @@
-"""Rest under a growing load from many sides, each solution the start of the next: offset curves of a mooring."""
+"""Equilibria under a growing load from many directions, each the guess for the next: offset curves of a mooring."""
 
 import contextlib
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -18,13 +18,13 @@ from ..scene.sections import Current
 from .catenary import Array
 from .equilibrium import let_turn, solve_equilibrium
 
-#: A step of the load is halved as often as this before its equilibrium is looked for anew.
+#: Largest number of halvings of a load step before its equilibrium is computed from scratch.
 HALVINGS = 4
 
 
 class Rest(NamedTuple):
-    """An equilibrium: direction [deg] and size of the load [N or m/s]; the Problem that holds it until the next one is
-    requested, or None and the reason."""
+    """An equilibrium: direction [deg] and size of the load [N or m/s]; the Problem that contains it until the next one
+    is requested, or None and the reason."""
 
     direction: float
     size: float
@@ -33,10 +33,10 @@ class Rest(NamedTuple):
 
 
 def loaded(scene: Scene, load: str, size: float, direction_deg: float, buoys: Collection[str] | None = None) -> Scene:
-    """The scene with more of a horizontal load.
+    """The scene with an additional horizontal load.
 
     "force": size [N] is added to the external force on each of these buoys (None: on all), at the same height (default:
-    C).  "current": size [m/s] is the speed at the surface of its current, or of a uniform one, which flows into that
+    C).  "current": size [m/s] is the surface speed of the scene's current, or of a uniform one, towards that
     direction.
     """
     if load == "current":
@@ -48,7 +48,7 @@ def loaded(scene: Scene, load: str, size: float, direction_deg: float, buoys: Co
 
 
 def _pulled(buoy: Buoy, more: Array) -> Buoy:
-    """A buoy with its external force and more."""
+    """A buoy with an addition to its external force."""
     own = buoy.external_force or ExternalForce(force=(0.0, 0.0, 0.0))
     force = tuple((np.array(own.force) + more).tolist())
     return buoy.model_copy(update={"external_force": own.model_copy(update={"force": force})})
@@ -77,8 +77,8 @@ def rests(
 ) -> Iterator[Rest]:
     """The equilibria under all sizes of a load from all directions, direction by direction; collective.
 
-    buoys: names of those that a force acts on, each with all of it; None: on all.  Raises InputError for a scene
-    without a moored buoy or without one of these, or one that has no equilibrium at all.
+    buoys: names of those on which a force acts, in full on each; None: all.  Raises InputError for a scene without a
+    moored buoy or without one of these, or without any equilibrium.
     """
     network = scene.network
     if not network.buoys or not network.pieces:
@@ -104,10 +104,10 @@ def rests(
 def _follow(
     problem: Problem | None, scene_of: Callable[[float], Scene], start: float | None, end: float, comm: Any
 ) -> tuple[Problem | None, str]:
-    """Go from one size (None: from nowhere) to another; (Problem, reason)."""
+    """Go from one size (None: from scratch) to another; returns (Problem, reason)."""
     if problem is not None and start is not None:
         friction = problem.scene.seabed and has_friction(problem.scene, dynamic=False)
-        if problem.lines.growth is None and not friction:  # else there is more to find
+        if problem.lines.growth is None and not friction:  # else more than Newton is needed
             with contextlib.suppress(SolveError):
                 _march(problem, scene_of, start, end)
                 return problem, ""
@@ -123,13 +123,13 @@ def _follow(
 def _march(
     problem: Problem, scene_of: Callable[[float], Scene], start: float, end: float, left: int = HALVINGS
 ) -> None:
-    """Newton at the end from the solution at the start; where it fails, in two steps of half the size."""
+    """Newton at the end from the solution at the start; if it fails, in two steps of half the size."""
     kept = problem.system.u.copy()
     problem.change(scene_of(end))
     try:
         problem.set_time(0.0)
         problem.newton.solve()
-        let_turn(problem)  # with new numbers something holds the buoys against turning again
+        let_turn(problem)  # the reference of the yaw spring has changed with the numbers
     except SolveError:
         if not left:
             raise

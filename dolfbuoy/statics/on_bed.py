@@ -1,14 +1,14 @@
-"""Closed form of a cable on a plane sea bed: a part that hangs at each end, and what lies between them.
+"""Closed form of a cable on a plane sea bed: a hanging part at each end and a grounded part in between.
 
 The bed is flat or sloped and rigid.  In the vertical plane of the cable it rises by k = tan(alpha); the hanging parts
-leave it along its tangent, V = k H there, and are catenaries.  Towards the start the tension of what lies falls by
+are catenaries tangent to it, V = k H there.  Towards the start the tension of the grounded part decreases by
 
     dT/ds = w (sin(alpha) + mu cos(alpha)),
 
-down to 0: the Coulomb friction mu is that of a cable which was laid slack and pulled at its end (Jonkman, *Dynamics
-Modeling and Loads Analysis of an Offshore Floating Wind Turbine*, 2007, for the flat bed).  A line across the slope
-is taken as held sideways.  A cable that is longer than it need be at H = 0 hangs straight down at its ends and lies
-without tension between; where it lies is then not determined, and it is drawn along the straight line.
+down to 0, with Coulomb friction mu for a cable laid slack and pulled at its end (Jonkman, *Dynamics Modeling and Loads
+Analysis of an Offshore Floating Wind Turbine*, 2007, for the flat bed).  A line across the slope is assumed to be held
+sideways.  A cable too long for H > 0 hangs vertically at its ends and lies without tension in between; its position
+there is undetermined, and a straight line is assumed.
 """
 
 import math
@@ -46,9 +46,9 @@ class Bed:
 
 @dataclass(frozen=True)
 class Lying:
-    """Part of a cable that lies, from `start` along the unit vector `along`; u: length from its start, arrays.
+    """Grounded part of a cable, from `start` along the unit vector `along`; u: length from its start, arrays.
 
-    T(u) = max(T_end - fall (length - u), 0) [N]; `squeeze` < 1 where there is more cable than room.
+    T(u) = max(T_end - fall (length - u), 0) [N]; `squeeze` < 1 if the cable is longer than the distance.
     """
 
     start: Array
@@ -64,10 +64,10 @@ class Lying:
         return np.maximum(self.T_end - self.fall * (self.length - np.asarray(u, float)), 0.0)
 
     def stretched(self, u: ArrayLike) -> Any:
-        """Stretched length of 0 ... u [m]."""
+        """Stretched length from 0 to u [m]."""
         u = np.asarray(u, float)
         T0, T = self.tension(0.0), self.tension(u)
-        # T is linear where it is not 0, and falls to 0 towards the start only
+        # T is linear where it is not 0, and can be 0 towards the start only
         pulled = np.minimum(u, T / self.fall) if self.fall > 0 else u
         return u + pulled * (T0 + T) / 2 / self.EA
 
@@ -78,7 +78,7 @@ class Lying:
 
 @dataclass(frozen=True)
 class OnBed:
-    """Cable whose middle lies; methods and forces as those of a Catenary, all take arrays of s."""
+    """Cable with a grounded middle part; methods and forces as in Catenary, all take arrays of s."""
 
     first: Catenary
     lying: Lying
@@ -88,7 +88,7 @@ class OnBed:
 
     @property
     def length_on_bed(self) -> float:
-        """Unstretched length that lies [m]."""
+        """Unstretched grounded length [m]."""
         return self.lying.length
 
     def tension(self, s: ArrayLike) -> Any:
@@ -123,7 +123,7 @@ def between(start: ArrayLike, end: ArrayLike, L: float, w: float, EA: float, bed
     free = catenary.between(start, end, L, w, EA)
     if w <= 0:
         return free
-    lowest = np.clip((free.H * bed.rise(free.along) - free.V0) / w, 0.0, L)  # its tangent is parallel to the bed there
+    lowest = np.clip((free.H * bed.rise(free.along) - free.V0) / w, 0.0, L)  # where the tangent is parallel to the bed
     ends = free.position(np.array([0.0, L]))
     depth = -bed.height_above(free.position(lowest))
     if depth > max(0.0, *(-bed.height_above(end) for end in ends)) + 1e-14 * L:
@@ -133,7 +133,7 @@ def between(start: ArrayLike, end: ArrayLike, L: float, w: float, EA: float, bed
 
 @dataclass(frozen=True)
 class _Contact:
-    """The unknown is H at the end, from which all lengths follow; gaps: heights of the ends above the bed."""
+    """Solver for H at the end, which determines all lengths; gaps: heights of the ends above the bed."""
 
     start: Array
     end: Array
@@ -156,7 +156,7 @@ class _Contact:
         return self.w * (self.k + self.bed.friction) / math.hypot(1.0, self.k)
 
     def solve(self) -> OnBed:
-        """The cable of the room that is there."""
+        """The cable that fits the distance between the ends."""
         room = float(np.dot(self.end - self.start, self.along))
         if self.reach(0.0) >= room:
             return self.shape(0.0)
@@ -175,7 +175,7 @@ class _Contact:
         return _width(H_first, first, -self.k, self.w, self.EA) + flat + _width(H, last, self.k, self.w, self.EA)
 
     def parts(self, H: float) -> tuple[float, float, float]:
-        """Lengths that hang at the start and at the end, and the horizontal force at the start."""
+        """Hanging lengths at the start and at the end, and the horizontal force at the start."""
         last = _hanging_length(self.gaps[1], H, self.k, self.w, self.EA)
 
         def first_at(length: float) -> tuple[float, float]:
@@ -194,7 +194,7 @@ class _Contact:
         return first, last, H_first
 
     def lying(self, H: float, length: float, start: Array | None = None, squeeze: float = 1.0) -> Lying:
-        """The part that lies, of a length not below 0."""
+        """The grounded part, with a length of at least 0."""
         along = (self.along + self.k * UP) / math.hypot(1.0, self.k)
         T_end = H * math.hypot(1.0, self.k)
         return Lying(
@@ -202,7 +202,7 @@ class _Contact:
         )
 
     def shape(self, H: float) -> OnBed:
-        """The whole line under H, fitted into the room if it is slack."""
+        """The whole line under H, fitted to the distance if it is slack."""
         first_length, last_length, H_first = self.parts(H)
         first = Catenary(self.start, self.along, self.w, self.EA, H_first, self.k * H_first - self.w * first_length)
         last = Catenary(self.start, self.along, self.w, self.EA, H, self.k * H)
@@ -216,12 +216,12 @@ class _Contact:
 
 
 def _hanging_length(gap: float, H: float, k: float, w: float, EA: float) -> float:
-    """Length of the part that rises from the tangent of the bed to `gap` above it."""
+    """Length of a hanging part that rises tangentially from the bed to `gap` above it."""
     if gap == 0.0:
         return 0.0
 
     def height(length: float) -> float:
-        """z - k x, with H k/EA on both sides gone and T - T_0 without its rounding."""
+        """z - k x - gap, with H k/EA cancelled on both sides and T - T_0 without cancellation."""
         V0, V = H * k, H * k + w * length
         bent = (V + V0) / (math.hypot(H, V) + math.hypot(H, V0)) * length if length else 0.0
         width = k * H / w * (math.asinh(V / H) - math.asinh(k)) if H and k else 0.0
@@ -234,5 +234,5 @@ def _hanging_length(gap: float, H: float, k: float, w: float, EA: float) -> floa
 
 
 def _width(H: float, length: float, k: float, w: float, EA: float) -> float:
-    """Horizontal width of that part."""
+    """Horizontal width of a hanging part."""
     return H * length / EA + H / w * (math.asinh(k + w * length / H) - math.asinh(k)) if H > 0 else 0.0

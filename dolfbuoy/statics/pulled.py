@@ -1,15 +1,15 @@
-"""Lines that were laid slack on a sea bed and pulled in place: friction along all that has moved.
+"""Lines laid slack on a sea bed and pulled into place: friction along the part that has slid.
 
-They are laid from the ends that are held on the bed on, over joints that lie too.  What the tension T_0 at the
-touchdown s_0 can pull on has slid towards it, the rest lies as it was laid: along a line of one weight
+They are laid from fixed ends on the bed onward, across joints that are grounded too.  The part that the tension T_0 at
+the touchdown point s_0 can mobilise has slid towards it, the rest lies as laid: along a line of uniform weight
 
     T(s) = max(T_0 - w (sin(alpha) + mu cos(alpha)) (s_0 - s), 0),
 
-and less by the same of a body at a joint.  There friction holds on a stick length back from where the line was
-laid, so that its limit is reached, and is left as soon as the line would come back; where the tension dies, by a part
-of that length.  A form with limit friction everywhere is wrong there.  What is left of the tension at the end that is
-held, which a line too stiff to slide would carry there, goes to what has slid in the next round: the reach is that with
-which the end has nothing to hold.  What lies between two parts that hang, with no end held, is not pulled.
+reduced further in the same way by a body at a joint.  Along the part that has slid, the stick point is a stick length
+behind the position as laid, so that friction is at its limit, and leaves it as soon as the line moves back; where the
+tension vanishes, it is a fraction of that length behind.  Limit friction everywhere would be wrong there.  Any tension
+left at the fixed end, which a line too stiff to slide would carry there, is assigned to the slid part in the next
+round, so that the end carries no load.  A grounded part between two hanging ones, without a fixed end, is not pulled.
 """
 
 from dataclasses import dataclass, field
@@ -26,20 +26,20 @@ from .catenary import Array
 from .damped import relax
 from .on_bed import UP
 
-ROUNDS = 3  # friction on the bed changes T_0 by less than a hundredth, and that its reach
-#: More of them until less than this part of T_0 is left at an end that need not hold, and the most of all.
+ROUNDS = 3  # bed friction changes T_0, and hence its reach, by less than a hundredth
+#: Further rounds until less than this fraction of T_0 is left at an end that need not hold, and the limit of rounds.
 LEFT, MOST_ROUNDS = 0.01, 6
-#: A piece lies down to its end if no more than this part of it does not.
+#: Largest hanging fraction of a piece that counts as grounded down to its end.
 WHOLE = 1e-9
 
 
 def pull(problem: Problem) -> None:
-    """Go from the equilibrium without friction to that of pulled lines.  Raises SolveError."""
+    """Go from the frictionless equilibrium to that of pulled lines.  Raises SolveError."""
     beds = [model.bed for model in (*problem.lines.groups, problem.bodies) if model]
     seabed: Any = problem.scene.seabed
     for bed in beds:
-        bed.friction.value = seabed.friction  # in statics it acts only here
-    left: dict[int, float] = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
+        bed.friction.value = seabed.friction  # used in statics only here
+    left: dict[int, float] = {}  #: piece fixed on the bed -> tension that its end carried and need not [N]
     for done in range(1, MOST_ROUNDS + 1):
         laying = _Laying(problem, left)
         laying.hold()
@@ -55,10 +55,10 @@ def pull(problem: Problem) -> None:
 
 @dataclass
 class Laid:
-    """GroundedLength part of a piece that was laid from its end `near` on; distances are from there.
+    """Grounded part of a piece laid from its end `near` onward; distances are from there.
 
-    begin, end: of the part; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
-    the far end, if it lies down to there; onward: parts that were laid on from there.
+    begin, end: those of the part; along: unit vector from one to the other, in the plane of the bed; joint: name of the
+    joint at the far end, if grounded up to it; onward: parts laid on from there.
     """
 
     piece: int
@@ -71,7 +71,7 @@ class Laid:
 
 
 class _Laying:
-    """Places where the lines of a Problem were laid, from its present state."""
+    """Positions in which the lines of a Problem were laid, from its present state."""
 
     def __init__(self, problem: Problem, left: dict[int, float]):
         self.left, self.root = left, -1
@@ -80,19 +80,19 @@ class _Laying:
         self.u, self.n = problem.system.u, self.bed.normal.value
         self.mu = problem.scene.seabed.friction if problem.scene.seabed else 0.0
         self.stick = stick_length(problem.scene)
-        #: From a point that lies still to the place from which friction carries the weight down the slope.
+        #: Vector from a point at rest to the stick point whose friction carries the downslope weight.
         self.uphill = self.stick / self.mu * (UP - self.n[2] * self.n)
         self.meetings = problem.network.meetings()
-        #: Places at which friction holds the lines of each group.
+        #: Stick points of the lines of each group.
         self.places = {g: g.bed.at(self.u[g.part.slice]) for g in self.lines.groups}
 
     def hold(self) -> None:
-        """Let friction hold on a stick length back from the places where lines were laid; else where they are."""
+        """Set the stick points a stick length behind the positions as laid, or to the present positions elsewhere."""
         for lines, places in self.places.items():
             lines.bed.hold(places)
         if self.problem.bodies:
             self.problem.bodies.bed.begin(self.u)
-        #: Piece -> (end that is held on the bed, its place, lying part of the piece).
+        #: Piece -> (end fixed on the bed, its position, grounded part of the piece).
         firsts: dict[int, tuple[int, Array, GroundedLength]] = {}
         for piece, end in self._held():
             place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
@@ -108,12 +108,12 @@ class _Laying:
             lines.bed.hold(places)
 
     def _held(self) -> list[tuple[int, int]]:
-        """(piece, end) of ends that are held, or are on sinkers."""
+        """(piece, end) of ends that are fixed or on sinkers."""
         ends = enumerate(self.lines.pieces)
         return [(k, i) for k, piece in ends for i in (0, 1) if piece.ends[i].held or piece.ends[i].is_on_sinker]
 
     def leaves_much(self) -> bool:
-        """Note the tension left at ends that need not hold; True if any is worth another round.  Collective."""
+        """Record the tension left at ends that need not hold; True if any is worth another round.  Collective."""
         before = dict(self.left)
         for piece, (near, along, T) in self.dies.items():
             rest = -float(self.problem.end_force(piece, near) @ along)
@@ -122,11 +122,11 @@ class _Laying:
         return self.left != before
 
     def _follow(self, piece: int, near: int, found: GroundedLength) -> Laid:
-        """GroundedLength part of a piece and, over its far end, of those onward."""
+        """Grounded part of a piece and, across its far end, of those onward."""
         L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
         (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
         along = end - start - np.dot(end - start, self.n) * self.n
-        laid = Laid(piece, near, a, b, along / (np.linalg.norm(along) or 1.0))  # straight down it slides nowhere
+        laid = Laid(piece, near, a, b, along / (np.linalg.norm(along) or 1.0))  # a vertical line does not slide
         far = self.lines.pieces[piece].ends[1 - near]
         if b < L * (1 - WHOLE) or far.kind != "joint":
             return laid
@@ -138,15 +138,15 @@ class _Laying:
         return laid
 
     def _fall(self, laid: Laid) -> float:
-        """Fall of the tension along what lies, towards its near end [N/m]."""
+        """Decrease of the tension along the grounded part, towards its near end [N/m]."""
         return float(self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2]))
 
     def _pull(self, laid: Laid, least: float = 0.0) -> float:
-        """Tension at the far end of what lies, not below `least` where it comes through onward parts [N]."""
+        """Tension at the far end of the grounded part, at least `least` if it comes through onward parts [N]."""
         if len(laid.onward) == 1 and len(self.meetings[laid.joint]) == 2:
             T = max(self._at_end(laid.onward[0]), least)
             if laid.joint in self.problem.network.bodies:
-                bodies = self.problem.bodies  # of the first rank
+                bodies = self.problem.bodies  # on the first rank
                 pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
                 T -= float(pressure * (self.mu + laid.along[2] / self.n[2]))
             return max(T, least)
@@ -155,23 +155,23 @@ class _Laying:
         return T + self.left.get(self.root, 0.0)
 
     def _at_touchdown(self, laid: Laid) -> float:
-        """Tension T_0 at the end of what was laid from one end, over all of its pieces [N]."""
+        """Tension T_0 at the touchdown point of the part laid from one end, across all its pieces [N]."""
         return max((self._at_touchdown(one) for one in laid.onward), default=self._pull(laid))
 
     def _at_end(self, laid: Laid) -> float:
-        """Tension that comes through what lies; negative where it dies before [N]."""
+        """Tension at the near end of the grounded part; negative if it vanishes before [N]."""
         return self._pull(laid) - max(self._fall(laid), 0.0) * (laid.end - laid.begin)
 
     def _hold(self, laid: Laid, base: Array) -> None:
-        """Friction holds on along a piece that was laid from `base` on, and along those onward."""
+        """Set the stick points along a piece laid from `base` onward, and along those after it."""
         lines, number = self.lines.holder(laid.piece)
         section, points = lines.sections[number], lines.bed.points
         fall, T = self._fall(laid), self._pull(laid)
-        # where the tension dies, also if that is past the far end
+        # where the tension vanishes, possibly beyond the far end
         still = laid.end - self._pull(laid, -np.inf) / fall if fall > 0 else -np.inf
         s = points.s - lines.begins[number]
         distance = s if laid.near == 0 else section.length - s
-        reach = np.diff(lines.cell_ends, axis=1) / s.shape[1]  # what a point of the quadrature stands for
+        reach = np.diff(lines.cell_ends, axis=1) / s.shape[1]  # length represented by a quadrature point
         slid = np.clip((distance - still) / reach + 0.5, 0.0, 1.0)[..., None]
         places = base + np.multiply.outer(distance - laid.begin, laid.along)
         places = places - slid * self.stick * laid.along + (1 - slid) * self.uphill

@@ -1,4 +1,4 @@
-"""Righting levers of a hull at any heel, by the strips of the program's own equilibrium."""
+"""Righting levers of a hull at any heel, from the same strips as the equilibrium."""
 
 import math
 from collections.abc import Iterable
@@ -16,12 +16,12 @@ from ..scene import Scene
 from ..scene.buoy import ExternalForce
 from ..scene.sections import Initial
 
-#: Sections of a scene that have no part in it.
+#: Sections of a scene that are left out.
 _ABSENT = dict.fromkeys(("cable", "joint", "seabed", "waves", "current", "wind", "external_force"))
 
 
 class Righting(NamedTuple):
-    """heel [deg]; height of C above still water [m]; lever GZ [m], times the buoy's weight the moment that rights."""
+    """Heel [deg], height of C above still water [m], lever GZ [m]: times the buoy's weight, the righting moment."""
 
     heel_deg: float
     height: float
@@ -31,8 +31,8 @@ class Righting(NamedTuple):
 def righting_curve(scene: Scene, heels_deg: Iterable[float], pull: float = 0.0) -> list[Righting]:
     """GZ of the scene's first buoy at these heels, each in vertical equilibrium in still water.
 
-    pull: constant, downwards, at the mooring point [N].  Raises InputError if weight and pull sink the buoy, or without
-    water or gravity.
+    pull: constant downward force at the mooring point [N].  Raises InputError if weight and pull sink the buoy, or
+    without water or gravity.
     """
     if not scene.buoy or scene.sea is None or not scene.gravity:
         raise InputError("Righting levers are those of a floating buoy: they need [buoy], [sea] and gravity.")
@@ -44,7 +44,7 @@ def righting_curve(scene: Scene, heels_deg: Iterable[float], pull: float = 0.0) 
     try:
         (hull,) = problem.buoys.values()
         shape, weight = hull.shape, hull.mass.mass * scene.gravity
-        reach = shape.height + shape.max_diameter  # farther above or below the water nothing changes
+        reach = shape.height + shape.max_diameter  # beyond this, fully dry or submerged
         found = []
         for heel in map(float, heels_deg):
             if _lift(problem, heel, -reach) < 0:
@@ -67,7 +67,7 @@ def _loads(problem: Problem, height: float, heel: float) -> tuple[float, float]:
     x, y, z, w = Rotation.from_rotvec([0.0, math.radians(heel), 0.0]).as_quat()
     pose = np.array([0.0, 0.0, height, w, x, y, z])
     (buoy,), system = problem.buoys.values(), problem.system
-    buoy.reference.x.array[:] = pose  # no turn and no offset against it
+    buoy.reference.x.array[:] = pose  # no rotation and no offset relative to it
     system.u[buoy.part.slice] = pose
     system.publish()
     rows = REST_ROWS.of(system.evaluate()[buoy.part.slice])  # minus the loads

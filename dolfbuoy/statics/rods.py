@@ -1,13 +1,13 @@
-"""Lines that bend, under the loads of their cables and between the same ends: where Newton's method starts for them.
+"""Lines with bending stiffness under the loads of a cable between the same ends: initial guess for Newton's method.
 
-A cable hangs along its force F(s).  A line that bends carries F + c under the same loads, with one vector c, 0 where an
-end is loose: its directions t make
+A cable hangs along its force F(s).  A line with bending stiffness carries F + c under the same loads, with a constant
+vector c, which is 0 if an end is loose: its directions t make
 
     1/2 EI |t'|^2 - (F + c) . t
 
-stationary, with c the multiplier of the chord between its ends.  Here t is that of rigid links with
-springs between them, two or three for every node of an element, where one ends; Newton's method turns them, with a
-matrix that is banded but for the three columns of c.
+stationary, with c the multiplier of the chord between its ends.  Here the line is discretised by rigid links with
+springs between them, two or three per nodal interval, ending at the nodes; Newton's method turns them, with a matrix
+that is banded except for the three columns of c.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -25,18 +25,18 @@ from ..scene.network import End, Network, Piece, attached_ends
 from .catenary import Array
 from .network import Rest
 
-#: Links between nodes of an element, of degree 2 and of others, with which Newton's method takes the fewest iterations.
+#: Links between nodes of an element, for degree 2 and for others, chosen to minimise Newton iterations.
 LINKS_OF_DEGREE_2, LINKS = 2, 3
-#: Most turns of all links, the largest of one of them [rad], and what is none.
+#: Limit of Newton iterations, largest rotation of a link in one of them [rad], and the negligible rotation.
 MOST, LARGEST, NONE = 40, 1.0, 1e-6
-#: Change of the force at an end, as a part of the largest one, by which a buoy or a joint there would move far.
+#: Change of the force at an end, as a fraction of the largest force, that would move a buoy or joint there far.
 FELT = 0.1
 
 
 @dataclass(frozen=True)
 class Bent:
-    """Shape of a piece (`network.Shape`) that bends: its cable's, and in the ends `s` of its links the places,
-    tensions and moments m [N m]; more: the force c along it beside the cable's [N]."""
+    """Shape of a piece with bending stiffness (`network.Shape`): that of its cable, and at the ends `s` of its links
+    the positions, tensions and moments m [N m]; more: the force c added to that of the cable [N]."""
 
     cable: Any
     more: Array
@@ -64,7 +64,7 @@ def _between(s: Any, at: Array, values: Array) -> Array:
 
 
 def turned(way: Array, to: Array, x: float) -> Array:
-    """Direction at a part x of the turn from one to another, to any side where they are opposite."""
+    """Direction at a fraction x of the rotation from one to another, in any plane if they are opposite."""
     angle = angle_between(way, to)
     across: Array = to - (way @ to) * way
     if (size := np.linalg.norm(across)) < 1e-9:
@@ -79,11 +79,11 @@ def angle_between(way: Array, to: Array) -> float:
 
 
 def bend(network: Network, rest: Rest, poses: dict[str, Array], afloat: bool) -> tuple[list[Any], dict[str, Array]]:
-    """Shapes of all pieces, bent where they have a stiffness, hang, and a shape is found, and poses of the buoys, with
-    those turned that only a rod holds; poses: as they hang; afloat: whether water carries them."""
+    """Shapes of all pieces, bent if they have bending stiffness, hang, and a bent shape is found, and poses of the
+    buoys, rotated if held by a rod only; poses: those under cables; afloat: whether buoys float."""
     shapes, found, poses, bed = rest.shapes, list(rest.shapes), dict(poses), rest.network.bed
     chains, rods = [*_chains(network, rest.lying)], _chains(network, 0 * rest.lying)
-    if bed is None:  # what lies, lies on the surface
+    if bed is None:  # grounded here means lying on the surface
         chains += [rod for rod in rods if rod not in chains and _tip(network, rod) is not None]
     for numbers in chains:
         given = network, [network.pieces[k] for k in numbers], [shapes[k] for k in numbers], poses
@@ -91,7 +91,7 @@ def bend(network: Network, rest: Rest, poses: dict[str, Array], afloat: bool) ->
         tries: list[int | None] = [None] if tip is None or (afloat and not lies) else []
         tries += [tip] if tip is not None else []
         for loose in tries:
-            with suppress(SolveError, np.linalg.LinAlgError):  # the cable's shape has to do
+            with suppress(SolveError, np.linalg.LinAlgError):  # otherwise keep the cable's shape
                 chain = _Chain(*given, loose, afloat)
                 bent = chain.bend()
                 if bed is None or all(bed.height_above(place) >= 0 for shape in bent for place in shape.places[1:-1]):
@@ -103,7 +103,7 @@ def bend(network: Network, rest: Rest, poses: dict[str, Array], afloat: bool) ->
 
 
 def _tip(network: Network, numbers: Sequence[int]) -> int | None:
-    """End of a chain of pieces, 0 or 1, at a buoy that nothing else holds than the direction of the other end."""
+    """End of a chain of pieces, 0 or 1, at a buoy held only by the clamp at the other end; None without one."""
     ends = network.pieces[numbers[0]].ends[0], network.pieces[numbers[-1]].ends[1]
     pulled = [network.pieces[k].ends[i].name for k, i in attached_ends(network)]
     pulled += [end.name for device in network.take_offs.values() for end in device.ends]
@@ -114,8 +114,8 @@ def _tip(network: Network, numbers: Sequence[int]) -> int | None:
 
 
 def weak_springs(network: Network, shapes: Sequence[Any]) -> list[str]:
-    """Sentences on springs at ends of bent shapes that turn by more than 60 degrees, where k sin is far below k times
-    the angle; nothing holds an end beyond a right angle."""
+    """Messages on springs at ends of bent shapes that turn by more than 60 degrees, where k sin(angle) is far below
+    k times the angle; beyond a right angle the spring no longer restrains the end."""
     found = []
     for piece, shape in zip(network.pieces, shapes, strict=False):
         for i, end in enumerate(piece.ends):
@@ -127,7 +127,7 @@ def weak_springs(network: Network, shapes: Sequence[Any]) -> list[str]:
 
 
 def _chains(network: Network, lying: Array) -> Iterator[list[int]]:
-    """Numbers of pieces that bend, lie nowhere and go on into each other without a hinge."""
+    """Numbers of consecutive pieces with bending stiffness that are not grounded and are joined without a hinge."""
     for cable in range(len(network.cables)):
         run: list[int] = []
         for k in network.pieces_of(cable):
@@ -144,8 +144,8 @@ def _chains(network: Network, lying: Array) -> Iterator[list[int]]:
 
 @dataclass(frozen=True)
 class _Links:
-    """Links of these lengths [m] under these forces [N], with springs [N m] at their ends, all but the inner of which
-    turn the line towards `ways`; chord: what they lead over, None where an end is loose."""
+    """Links of these lengths [m] under these forces [N], with springs [N m] at their ends; the outermost ones turn the
+    line towards `ways`; chord: vector between the ends, None if an end is loose."""
 
     lengths: Array
     forces: Array
@@ -154,7 +154,7 @@ class _Links:
     chord: Array | None
 
     def settled(self, t: Array) -> tuple[Array, Array]:
-        """(directions, c) at rest, from directions.  Raises SolveError, LinAlgError."""
+        """(directions, c) in equilibrium, from initial directions.  Raises SolveError, LinAlgError."""
         c = np.zeros(3)
         for _ in range(MOST):
             turn, more = self._turn(t, c)
@@ -168,7 +168,7 @@ class _Links:
         raise SolveError(f"links still turn after {MOST} iterations")
 
     def _turn(self, t: Array, c: Array) -> tuple[Array, Array]:
-        """Newton's turn of each link, across it, and its change of c."""
+        """Newton increments: rotation of each link, perpendicular to it, and change of c."""
         from scipy.linalg import solve_banded  # slow to import
 
         k, across, n = self.springs, _across(t), len(t)
@@ -193,17 +193,17 @@ class _Links:
 
 
 def _across(t: Array) -> Array:
-    """Two unit vectors across each direction, shape (n, 2, 3)."""
+    """Two unit vectors perpendicular to each direction, shape (n, 2, 3)."""
     first = np.cross(t, np.eye(3)[np.abs(t).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(t, first)], axis=1)
 
 
 class _Chain:
-    """Pieces of a line, one behind the other, in the shapes of their cables; straight where only one end is held, in a
+    """Consecutive pieces of a line in the shapes of their cables, or straight if only one end is held, with a
     direction.
 
-    tip: the end at a buoy that goes where the rod takes it, with its weight or, afloat, with none.
+    tip: the end at a buoy that moves with the rod, with its weight or, afloat, without.
     """
 
     def __init__(
@@ -221,7 +221,7 @@ class _Chain:
         alone = {name for name, there in network.meetings().items() if len(there) == 1}
         self.moves = any(end.kind in ("joint", "buoy") for end in ends)
         self.loose = [end.kind == "free" or end.name in alone or i == tip for i, end in enumerate(ends)]
-        # None: pinned, or that of the cable at a weld
+        # None: pinned, or the direction of the cable at a weld
         ways = [None if i == tip else _direction(end, poses) for i, end in enumerate(ends)]
         self.tip, self.at_tip = tip, ends[tip or 0]
         steps = self._steps(ways)
@@ -238,18 +238,18 @@ class _Chain:
         )
 
     def _of_pieces(self, what: Callable[[Any, Array], Array]) -> Array:
-        """Numbers of all links."""
+        """Values for all links, concatenated from what(shape, s) of the pieces."""
         return np.concatenate([what(shape, s) for shape, s in zip(self.shapes, self.s, strict=True)])
 
     def _steps(self, ways: Sequence[Array | None]) -> Array:
-        """Links as vectors, as they begin [m]."""
+        """Initial link vectors [m]."""
         held = [way for way, loose in zip(ways, self.loose, strict=True) if way is not None and not loose]
         if any(self.loose) and held:
             return self._of_pieces(lambda _, s: np.multiply.outer(np.diff(s), held[0]))
         return self._of_pieces(lambda shape, s: np.diff(shape.position(s), axis=0))
 
     def _flexibility(self, network: Network, pieces: Sequence[Piece], tip: int | None) -> Array:
-        """Turn per moment at the ends of all links, infinite in a hinge [1/(N m)]."""
+        """Rotation per moment at the ends of all links, infinite in a hinge [1/(N m)]."""
         halves = zip(self.s, pieces, strict=True)
         of_halves = np.concatenate([np.diff(s) / 2 / piece.section.bending_stiffness for s, piece in halves])
         found = np.append(of_halves, 0.0) + np.append(0.0, of_halves)
@@ -262,7 +262,7 @@ class _Chain:
         return np.asarray(found)
 
     def bend(self) -> list[Bent]:
-        """The pieces bent; ends that are far from their directions are turned there by and by."""
+        """Bent shapes of the pieces; ends far from their directions are rotated there in steps."""
         links, t, begins = self.links, self.t, self.t[[0, -1]]
         turns = int(np.ceil(max(map(angle_between, begins, links.ways)) / LARGEST)) or 1
         for k in range(1, turns + 1):
@@ -273,7 +273,7 @@ class _Chain:
         return list(self._pieces(t, c))
 
     def turned_buoy(self, bent: Sequence[Bent]) -> dict[str, Array]:
-        """Name and pose of the buoy at the tip, turned to go on from the rod."""
+        """Name and pose of the buoy at the tip, rotated in line with the rod."""
         if self.tip is None or self.at_tip.clamp is None:
             return {}
         step = np.diff(bent[-self.tip].places, axis=0)[-self.tip]
@@ -298,7 +298,7 @@ class _Chain:
 
 
 def _ends_of_links(section: Any) -> Array:
-    """Unstretched lengths at which the links of a piece end [m]; the nodes, Gauss and Lobatto's, are among them."""
+    """Unstretched lengths at which the links of a piece end [m]; they include the Gauss-Lobatto nodes."""
     inner = np.polynomial.Legendre.basis(section.position_degree).deriv().roots()
     within = (np.concatenate([[-1.0], inner]) + 1) / 2
     links = LINKS_OF_DEGREE_2 if section.position_degree == 2 else LINKS
@@ -308,7 +308,7 @@ def _ends_of_links(section: Any) -> Array:
 
 
 def _blended(moments: Array, places: Array) -> Array:
-    """Moments of links whose parabolas over elements of degree 2 have half as much along the line, as with
+    """Moments of links whose quadratic part in elements of degree 2 is halved along the line, as with
     `forms.bending.blended_energy`."""
     step, found = LINKS_OF_DEGREE_2, moments.copy()
     begin, end, middle = moments[: -2 * step : 2 * step], moments[2 * step :: 2 * step], moments[step :: 2 * step]
@@ -319,7 +319,7 @@ def _blended(moments: Array, places: Array) -> Array:
 
 
 def _direction(end: End, poses: dict[str, Array]) -> Array | None:
-    """Direction of an end, None where it is pinned."""
+    """Direction of an end, None if pinned."""
     if end.clamp is None:
         return None
     if end.kind == "buoy":

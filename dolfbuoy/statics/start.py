@@ -1,6 +1,6 @@
-"""Starts of the statics: lines along given points, or in closed form in still water under all steady loads.
+"""Initial guesses of the statics: lines along given points, or closed forms in still water under all steady loads.
 
-The drag of a current is estimated as that of a stream across hulls and lines, half of each line's at either end.
+The drag of a current is estimated as that of cross-flow on hulls and lines, half of each line's at either end.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,7 +32,7 @@ from .on_bed import Bed
 from .rods import Bent, bend
 
 UPRIGHT, OVERTURNED = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0, 0.0])
-#: A slack line that nothing draws apart is drawn apart by this part of its weight: its fold needs a width.
+#: Horizontal force on a slack line without any, as a fraction of its weight, to give its fold a width.
 NUDGE = 1e-3
 
 
@@ -44,9 +44,9 @@ class Start(NamedTuple):
     poses: dict[str, Array]
 
     def put(self) -> None:
-        """Put the start into the unknowns of the Problem, with all data as the scene has them."""
+        """Write the start to the unknowns of the Problem, with all data of the scene."""
         problem, u, lines = self.problem, self.problem.system.u, self.problem.lines
-        floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
+        floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness
         for k, shape in enumerate(self.shapes[: len(problem.network.pieces)]):
             if isinstance(shape, Bent):
                 lines.set_shape(u, shape.position, shape.tension, k)
@@ -77,13 +77,13 @@ class Start(NamedTuple):
         problem.system.share()
 
     def device(self, name: str) -> list[Array]:
-        """Places of both ends of a take-off [m], which counts as a piece after all lines."""
+        """Positions of both ends of a take-off [m]; take-offs follow the lines as pieces."""
         network = self.problem.network
         shape = self.shapes[len(network.pieces) + list(network.take_offs).index(name)]
         return [shape.position(np.array([s]))[0] for s in (0.0, _spring(network.take_offs[name].section)[0])]
 
     def end(self, piece: int, end: int) -> tuple[Array, Array]:
-        """(place [m], force of the line there [N]) of an end of a piece."""
+        """(position [m], force of the line there [N]) of an end of a piece."""
         s = np.array([self.problem.network.pieces[piece].section.length * end])
         return self.shapes[piece].position(s)[0], self.shapes[piece].force(s)[0] * (-1 if end else 1)
 
@@ -109,10 +109,10 @@ def given_start(problem: Problem) -> Start:
 
 
 def closed_form(problem: Problem, easier: Callable[[still.Network], still.Network] = lambda network: network) -> Start:
-    """Lines at rest in still water; easier: makes an easier network of that of the Problem.  Raises SolveError."""
+    """Lines at rest in still water; easier: simplifies the network of the Problem.  Raises SolveError."""
     poses, scene = dict.fromkeys(problem.network.buoys, UPRIGHT), problem.scene
     c: Any = scene.current
-    pressure = np.zeros(3)  # stagnation pressure of the fastest current, towards where it flows [Pa]
+    pressure = np.zeros(3)  # stagnation pressure of the strongest current, in its direction [Pa]
     if c is not None and scene.sea is not None and varies(c):
         stream = strongest(scene)
         pressure = 0.5 * scene.sea.density * np.linalg.norm(stream) * stream
@@ -159,7 +159,7 @@ def _aside(problem: Problem) -> Array:
 
 
 def _drawn_apart(problem: Problem, network: still.Network, rest: still.Rest) -> list[still.Joint]:
-    """Joints of the network; those of lines that are slack and have no width are pulled aside, if they can be."""
+    """Joints of the network; free joints of slack lines without width are pulled aside."""
     along, joints = _aside(problem), list(network.joints)
     for piece, pull, lying in zip(network.pieces, rest.pulls, rest.lying, strict=True):
         weight, joint = abs(piece.w) * piece.length, joints[piece.end]
@@ -170,10 +170,10 @@ def _drawn_apart(problem: Problem, network: still.Network, rest: still.Rest) -> 
 
 
 def _propped(problem: Problem, network: still.Network, rest: still.Rest) -> list[still.Joint]:
-    """Joints of the network; those of struts, two-sided lines among ropes, are held aside at the struts' length."""
+    """Joints of the network; those of struts, two-sided lines among ropes, are fixed aside at the struts' length."""
     joints = list(network.joints)
     sections = problem.lines.sections if problem.lines else []
-    for piece, section in zip(network.pieces, sections, strict=False):  # behind them take-offs
+    for piece, section in zip(network.pieces, sections, strict=False):  # take-offs follow
         ends = sorted((piece.start, piece.end), key=lambda i: network.joints[i].free)
         held, free = (network.joints[i] for i in ends)
         way = rest.positions[ends[1]] - rest.positions[ends[0]]
@@ -188,7 +188,7 @@ def _propped(problem: Problem, network: still.Network, rest: still.Rest) -> list
 
 
 def _overturns(start: Start, name: str) -> bool:
-    """True if a buoy that no water carries hangs the other way round on its lines."""
+    """True if a buoy that does not float hangs upside down on its lines."""
     network, scene = start.problem.network, start.problem.scene
     if scene.sea is not None and scene.gravity:
         return False
@@ -197,17 +197,17 @@ def _overturns(start: Start, name: str) -> bool:
     return bool(sum(start.end(k, i)[1][2] * offset for k, i, offset in offsets) < 0)
 
 
-#: Rounds in which the drag on lines follows their shapes, and points of a line where it is taken.
+#: Rounds of updating the drag on lines from their shapes, and number of points per line.
 ROUNDS, POINTS = 6, 9
-#: Drag of a line, over the typical force of its scene, from which on it has a direction.
+#: Least drag of a line, relative to the typical force of its scene, that has a direction.
 FELT = 1e-12
 
 
 def _in_stream(
     problem: Problem, network: still.Network, rest: still.Rest, make: Callable[[dict[int, Array]], still.Network]
 ) -> tuple[still.Network, still.Rest]:
-    """The network and its rest with the mean drag of the current on every piece that touches neither bed nor surface;
-    make: the network with drags by numbers of pieces [N/m]."""
+    """The network and its equilibrium with the mean drag of the current on every piece that touches neither bed nor
+    surface; make: drags by numbers of pieces [N/m] -> network."""
     drags: dict[int, Array] = {}
     for _ in range(ROUNDS):
         free = np.flatnonzero(rest.lying <= still.LYING * np.array([piece.length for piece in network.pieces]))
@@ -231,7 +231,7 @@ def _in_stream(
 
 
 def _drag(problem: Problem, piece: int, shape: still.Shape) -> Array:
-    """Mean drag of the current on a piece as it hangs [N/m of its unstretched length]."""
+    """Mean drag of the current on a piece in its shape, per unstretched length [N/m]."""
     scene, c = problem.scene, problem.lines.sections[piece]
     if scene.sea is None or not c.diameter or not (c.normal_drag or c.tangential_drag):
         return np.zeros(3)
@@ -254,10 +254,10 @@ def still_network(
     pressure: Any = 0.0,
     drags: dict[int, Array] | None = None,
 ) -> still.Network:
-    """The network of a Problem as `statics.network` has it: every buoy a joint at its C that keeps its pose (upright).
+    """The network of a Problem for `statics.network`: every buoy is a joint at its C, with its (upright) orientation.
 
-    pressure: of the current on hulls and lines (3,) [Pa].  drags: on pieces, by their numbers (3,) [N/m], instead of at
-    their ends.
+    pressure: that of the current on hulls and lines (3,) [Pa].  drags: on pieces, by their numbers (3,) [N/m], instead
+    of at their ends.
     """
     scene, network = problem.scene, problem.network
     weight = max((buoy.mass * scene.gravity for buoy in network.buoys.values()), default=0.0)
@@ -267,7 +267,7 @@ def still_network(
 
     def place(end: Any) -> tuple[int, Any]:
         """(number of the joint, offset of the end from it)."""
-        name = end.name or object()  # an end without a name is a joint of its own
+        name = end.name or object()  # an end without a name is a separate joint
         if name not in number:
             number[name] = len(joints)
             joints.append(_joint(scene, network, end, pressure))
@@ -297,19 +297,19 @@ def still_network(
 
 
 def leaves_water(scene: Scene) -> bool:
-    """True if lines and bodies at joints weigh what they do in air where they leave the water."""
+    """True if lines and bodies at joints lose their buoyancy where they leave the water."""
     dry_above = scene.sea.dry_above if scene.sea else False
     return bool(surfacing(scene)) if dry_above is None else dry_above
 
 
-#: A take-off without tension at rest pulls with this part of a buoy's weight per metre, for a start.
+#: Stiffness assumed for a take-off without static tension, as a fraction of a buoy's weight per metre.
 WEAK = 1e-6
-#: Length that stands for one that a constant pull does not have [m].
+#: Length assumed for a take-off with constant tension [m].
 SHORT = 1e-3
 
 
 def _spring(device: TakeOff, weight: float = 1.0) -> tuple[float, float, float]:
-    """(length [m], weight [N/m], stiffness EA [N]) of an elastic line that pulls much as a take-off does at rest."""
+    """(length [m], weight [N/m], stiffness EA [N]) of an elastic line with about the static tension of a take-off."""
     k = device.stiffness or abs(device.pretension) or WEAK * max(weight, 1.0)
     length = max((device.length or 0.0) - device.pretension / k if device.stiffness else 0.0, SHORT)
     return length, 0.0, k * length
@@ -320,7 +320,7 @@ def _direction(way: Array) -> Array:
 
 
 def _weight(problem: Problem, piece: int) -> float:
-    """Weight per length [N/m]: in water, or in air of what would float but has both ends above the water."""
+    """Weight per length [N/m]: in water, or in air for a buoyant piece with both ends above the water."""
     scene, given = problem.scene, problem.network.pieces[piece]
     weight = float(problem.lines.weight_of(piece))
     dry = all(end.held and end.position is not None and end.position[2] > 0 for end in given.ends)
@@ -330,7 +330,7 @@ def _weight(problem: Problem, piece: int) -> float:
 
 
 def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> still.Joint:
-    """The joint, the end or the buoy on which an end of a line hangs."""
+    """Network joint for the joint, fixed point or buoy that holds an end of a line."""
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(scene, network.buoys[end.name], pressure))
     if end.held or end.is_on_sinker:
@@ -347,7 +347,7 @@ def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> stil
 
 
 class _Ball:
-    """Steady loads on a body at a joint that may leave the water, and their derivative, by its place."""
+    """Steady loads, and their derivative, on a body at a joint that may leave the water, by its position."""
 
     def __init__(self, scene: Scene, body: Any, pressure: Any):
         sea: Any = scene.sea
@@ -364,7 +364,7 @@ class _Ball:
 
 
 class _Floating:
-    """Steady loads and buoyancy of a buoy that keeps upright, and their derivative, by the place of its C."""
+    """Steady loads and buoyancy of a buoy kept upright, and their derivative, by the position of its C."""
 
     def __init__(self, scene: Scene, buoy: Buoy, pressure: Any):
         self.scene = scene

@@ -1,8 +1,8 @@
-"""Ways to an equilibrium, tried one after the other for every scene: each leads from a start to the whole problem.
+"""Solution strategies for the equilibrium, tried in turn for every scene, each from a start to the full problem.
 
-All but the last change one thing step by step - current, loads, stiffness, places of ends - or let the lines move, and
-keep each solution as the start of the next.  The tension-only law has states that at rest are minima of a convex energy
-where no current blows, so that nothing compressed can be found on the way.
+All but the last vary one quantity step by step - current, loads, stiffness, positions of ends - or let the lines move,
+with each solution as the guess for the next.  With the tension-only law equilibria without current are minima of a
+convex energy, so no compressed states are found on the way.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,16 +21,16 @@ from .network import Network
 from .rods import angle_between, turned
 from .start import closed_form
 
-#: A compressed element counts if its T is below this part of the largest tension.
+#: Compression counts above this fraction of the largest tension.
 ROUNDING = 1e-9
-#: A state at rest is one with another if no point is farther away, in lengths of the longest line.
+#: Largest distance of points in two states that count as equal, in lengths of the longest line.
 SAME = 1e-6
-#: Angle [rad] by which the direction of an end may differ from that of a start, for Newton to find the nearest shape.
+#: Largest angle [rad] between the direction of an end and that of the start for which Newton is used directly.
 FAR = 1.0
 
 
 class Way(NamedTuple):
-    """`go` takes a Problem from its start, in the unknowns, to the equilibrium; `suits`: problems it is meant for."""
+    """A strategy; `go` takes a Problem from the start in its unknowns to equilibrium; `suits`: applicable problems."""
 
     name: str
     go: Callable[[Problem], None]
@@ -38,10 +38,10 @@ class Way(NamedTuple):
 
 
 def find_rest(problem: Problem, put: Callable[[], None], ways: Sequence[Way]) -> None:
-    """The first of the ways that leads to a state where nothing is compressed; `put` puts the start into the unknowns.
+    """Find an equilibrium by the first way that leads to one without compression; `put` writes the start.
 
-    Adds to problem.iterations and sets problem.route, the name of the way that led there ("newton" if none was
-    needed).  A compressed state is kept if neither relaxation nor the other law leads to another.  Raises SolveError.
+    Adds to problem.iterations and sets problem.route to the name of that way ("newton" if none was needed).  A
+    compressed state is kept if neither relaxation nor the other law leads to another.  Raises SolveError.
     """
     system, failures, compressed = problem.system, [], None
     for way in (way for way in ways if way.suits(problem)):
@@ -67,9 +67,9 @@ def find_rest(problem: Problem, put: Callable[[], None], ways: Sequence[Way]) ->
 
 
 def is_compressed(problem: Problem) -> bool:
-    """True if some dof of T of a line that would fold is negative beyond rounding, on any rank.
+    """True if a dof of T of a line that would fold is negative beyond rounding, on any rank.
 
-    Next to lines that take no compression those that do are struts, which are meant to.
+    In scenes with tension-only lines the two-sided ones are struts, for which compression is intended.
     """
     if problem.law is not None or not problem.lines:
         return False
@@ -79,9 +79,9 @@ def is_compressed(problem: Problem) -> bool:
 
 
 def march(problem: Problem, set_fraction: Callable[[float], None], smallest: float = 1e-3) -> None:
-    """Solve for set_fraction(x), x from 0 to 1 in steps that shrink when Newton fails and grow when it does not.
+    """Solve for set_fraction(x), x from 0 to 1 in steps that shrink when Newton fails and grow when it succeeds.
 
-    Raises SolveError, with all of the data set, when a step of `smallest` fails.
+    Raises SolveError, with the full data set, when a step of `smallest` fails.
     """
     reached, step = 0.0, 0.25
     try:
@@ -104,12 +104,12 @@ def march(problem: Problem, set_fraction: Callable[[float], None], smallest: flo
 
 
 def newton(problem: Problem) -> None:
-    """From the start at once."""
+    """Newton directly from the start."""
     problem.iterations += problem.newton.solve()
 
 
 def directly(problem: Problem) -> None:
-    """From the start at once; ends whose direction is far from that of the start are turned there by and by."""
+    """Newton directly from the start; ends whose direction is far from that of the start are rotated in steps."""
     turns, u = [], problem.system.u
     for group in problem.lines.groups if problem.lines else ():
         for (piece, end), (direction, _) in group.clamps.items():
@@ -132,7 +132,7 @@ def directly(problem: Problem) -> None:
 
 
 def by_current(problem: Problem) -> None:
-    """From still water on."""
+    """Continuation in the current, from still water."""
     seas = [part.sea for model in problem.models for part in getattr(model, "groups", [model])]
 
     def scale(x: float) -> None:
@@ -143,7 +143,7 @@ def by_current(problem: Problem) -> None:
 
 
 def by_bending(problem: Problem) -> None:
-    """From lines that do not bend."""
+    """Continuation in the bending term, from lines without bending stiffness."""
     rates = [group.share_of_bending for group in problem.lines.groups if group.moment_dofs is not None]
 
     def bend(x: float) -> None:
@@ -154,7 +154,7 @@ def by_bending(problem: Problem) -> None:
 
 
 def by_relaxation(problem: Problem, **motion: Any) -> None:
-    """Let go from the start; then Newton, where the state is not singular, kept if it is the one that came to rest.
+    """Damped motion from the start, then Newton, whose result is kept if it agrees with the state at rest.
 
     motion: see `damped.relax`.
     """
@@ -163,13 +163,13 @@ def by_relaxation(problem: Problem, **motion: Any) -> None:
 
 
 def by_approach(problem: Problem, first: float) -> None:
-    """In steps of a few iterations, which soon are so large that hardly anything holds the lines; see `damped`."""
+    """Pseudo-time steps of a few iterations, which soon become so large that inertia is negligible; see `damped`."""
     approach(problem, first)
     _at_rest(problem)
 
 
 def _at_rest(problem: Problem) -> None:
-    """Newton from a state of rest, where it is not singular, kept if it is the same."""
+    """Newton from a state at rest; the result is kept if Newton does not fail and finds the same state."""
     system, before = problem.system, problem.system.u.copy()
     try:
         newton(problem)
@@ -183,7 +183,7 @@ def _at_rest(problem: Problem) -> None:
 
 
 def by_the_other_law(problem: Problem) -> None:
-    """From lines that take no compression to those that do, or the other way round: without slack nodes, which have no
+    """From the solution with the other slack law, tension-only or compressive: it avoids slack nodes, which have no
     stiffness, on the way."""
     scene, start = problem.scene, problem.system.u.copy()
     pushed = problem.law is None
@@ -208,7 +208,7 @@ def by_the_other_law(problem: Problem) -> None:
 
 
 def by_stiffness(problem: Problem) -> None:
-    """From lines that their weight stretches by half, in equal ratios."""
+    """Continuation in the axial stiffness, in equal ratios, from lines that their weight stretches by half."""
     arrays = [array_of(group.cable.EA) for group in problem.lines.groups]
     given, sections = [array.copy() for array in arrays], problem.lines.sections
     soft = max(*_weights(problem), *(1e-6 * section.axial_stiffness for section in sections))
@@ -230,7 +230,7 @@ def _weights(problem: Problem) -> list[float]:
 
 
 def by_end_force(problem: Problem) -> None:
-    """From free ends that are pulled straight up, so that they carry their lines twice."""
+    """Continuation in the force on free ends, from an upward pull of twice the weight of the line."""
     loads, weights = problem.lines.end_loads, _weights(problem)
     given = {k: load.value.copy() for k, load in loads.items()}
     easy = {k: np.array([0.0, 0.0, 2 * weights[k] or np.linalg.norm(given[k])]) for k in loads}
@@ -250,7 +250,7 @@ def by_end_force(problem: Problem) -> None:
 
 
 def by_end_position(problem: Problem) -> None:
-    """From an end that is 0.7 lengths away from the other at 45 degrees, towards the side of the given end."""
+    """Continuation in the position of an end, from 0.7 lengths away from the other at 45 degrees, on the given side."""
     (piece,), lines, u = problem.network.pieces, problem.lines, problem.system.u
     ends: Sequence[Any] = piece.ends
     low, high = (top_position(end.top, 0.0) for end in ends)
@@ -270,12 +270,12 @@ def by_end_position(problem: Problem) -> None:
     march(problem, move)
 
 
-#: For starts that are far from any rest; the motion has the lines' own inertia, in steps that hardly grow.
+#: For starts far from any equilibrium; the motion has the lines' own inertia, in steps that hardly grow.
 MOTIONS = (
     Way("relaxation", by_relaxation),
     Way("damped motion", partial(by_relaxation, growth=1.2, steps=300, momentum=True)),
 )
-#: In the order in which they are tried.
+#: All ways, in the order of trial.
 WAYS = (
     Way("newton", directly),
     *(
