@@ -1,1 +1,1 @@
-"""The core in C, and how it is compiled; `solver.c_code` keeps what is compiled in the cache of the user."""
+"""The core in C and its compilation; `solver.c_code` keeps the result in the user's cache."""

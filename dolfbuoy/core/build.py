@@ -1,4 +1,4 @@
-"""Compile the C of this folder: `core` (cffi's API mode), and `simd.c` with the text of a kernel."""
+"""Compile the C code of this folder: `core` (cffi's API mode), and `simd.c` with the text of a kernel."""
 
 import ctypes
 import os
@@ -17,27 +17,27 @@ from ..errors import InputError
 
 FOLDER = Path(__file__).parent
 SOURCES = "loop.c", "newton.c", "step.c", "waves.c", "sample.c", "hull.c", "radiation.c", "bed.c", "bend.c"
-#: Square roots that need not set errno and comparisons that need not trap; results stay IEEE.
+#: Square roots without errno and comparisons without traps; results remain IEEE.
 OPTIMISED = ("-O3", "-g0", "-fno-math-errno", "-fno-trapping-math")
-#: No fused multiply-add: sums are those of NumPy to the last bit.
+#: No fused multiply-add: sums equal those of NumPy to the last bit.
 EXACT = ("-ffp-contract=off",)
 FAST = ("-ffast-math",)
 STRICT = ("-Wall", "-Wextra", "-Werror")
-#: Errors that only a run shows; Python must have been started with libasan in LD_PRELOAD.
+#: Checks at run time; Python must have been started with libasan in LD_PRELOAD.
 SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer", "-g")
-_LENIENT = ((), True), ((), False)  # options and vectors, where a compiler refuses
+_LENIENT = ((), True), ((), False)  # (warnings, vectors) to try if a compiler fails
 VARIABLE = "DOLFBUOY_SANITIZE"  #: 1: compile with `SANITIZED`
 
 
 class Unit(NamedTuple):
-    """A C file and the compiler's options of its own."""
+    """A C file and its own compiler options."""
 
     file: Path
     options: Sequence[str] = ()
 
 
 class Petsc(NamedTuple):
-    """The PETSc that is linked: that of petsc4py."""
+    """The PETSc to link: that of petsc4py."""
 
     folder: str  #: PETSC_DIR
     arch: str
@@ -46,12 +46,12 @@ class Petsc(NamedTuple):
 
 
 def sanitized() -> tuple[str, ...]:
-    """Options of the compiler and the linker that the environment asks for."""
+    """Compiler and linker options requested by the environment."""
     return SANITIZED if os.environ.get(VARIABLE) == "1" else ()
 
 
 def declarations() -> str:
-    """The parts of core.h that cffi reads."""
+    """The parts of core.h read by cffi."""
     text = (FOLDER / "core.h").read_text()
     parts = ("#ifdef FOR_CFFI\n", "#endif"), ("/* From here on cffi reads too: no preprocessor. */", "/* To here. */")
     return "".join(text.partition(begin)[2].partition(end)[0] for begin, end in parts)
@@ -60,9 +60,9 @@ def declarations() -> str:
 def core(target: Path, instructions: Sequence[str], takes_data: bool, petsc: Petsc) -> None:
     """Compile the core to an extension module `target`.
 
-    instructions: options for the vector instructions of this processor.  takes_data: FFCx's kernels have one more
-    argument.  A compiler that warns where those that were tried do not, or that has no libmvec, builds it as well.
-    Raises InputError where there is no C compiler.
+    instructions: options for the vector instructions of this processor.  takes_data: FFCx kernels have one more
+    argument.  A compiler with additional warnings, or without libmvec, is supported as well.
+    Raises InputError without a C compiler.
     """
     defined = [f"-DPETSC_INT_BYTES={petsc.int_bytes}", *(["-DKERNEL_TAKES_DATA"] if takes_data else [])]
     common = [*defined, f"-I{FOLDER}", *_includes(petsc)]
@@ -93,9 +93,9 @@ def _with_python(target, units, options, libraries):
 
 
 def shared_library(target: Path, units: Sequence[Unit], libraries: Sequence[str] = ()) -> None:
-    """Compile C files and link them, apart and then moved into place: other processes see all of it or nothing.
+    """Compile and link C files in a temporary folder, then move the result: other processes see all of it or nothing.
 
-    Raises InputError where they cannot be compiled, OSError where `target` cannot be written.
+    Raises InputError if they cannot be compiled, OSError if `target` cannot be written.
     """
     compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
     try:
@@ -113,7 +113,7 @@ def shared_library(target: Path, units: Sequence[Unit], libraries: Sequence[str]
 
 
 def _run(command, folder):
-    """In a folder of its own: nothing in the current one is looked at."""
+    """Run a command in a given folder, so that files in the current one are ignored."""
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
     except OSError as error:
@@ -125,7 +125,7 @@ def _run(command, folder):
 
 
 def _includes(petsc):
-    """Folders of petscsnes.h and of mpi.h, which it includes; their warnings are not ours."""
+    """Options for the folders of petscsnes.h and of mpi.h, which it includes, with their warnings suppressed."""
     folders = [Path(petsc.folder) / "include", Path(petsc.folder) / petsc.arch / "include"]
     asked = ["mpicc", "-show"], ["pkg-config", "--cflags-only-I", "mpi-c"], ["pkg-config", "--cflags-only-I", "ompi-c"]
     for command in asked:
@@ -148,12 +148,12 @@ class _Place(ctypes.Structure):
 
 
 def place_of(address: int) -> tuple[str, str]:
-    """File of the shared library that has a function at an address, and its name there."""
+    """File of the shared library that contains the function at an address, and the function's name."""
     place = _Place()
     ctypes.CDLL(None).dladdr(ctypes.c_void_p(address), ctypes.byref(place))
     return place.file.decode(), (place.symbol or b"").decode()
 
 
 def _library_of(module):
-    """The library with PETSc's functions that an extension module has loaded."""
+    """The PETSc library loaded by an extension module."""
     return place_of(ctypes.cast(ctypes.CDLL(module).SNESSolve, ctypes.c_void_p).value)[0]

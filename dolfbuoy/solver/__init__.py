@@ -1,6 +1,6 @@
 """Unknowns, compiled forms and Newton's method, independent of the physics.
 
-Whatever is imported from here first starts PETSc, and MPI with it.
+The first import from here starts PETSc, and with it MPI.
 """
 
 import importlib.metadata
@@ -16,18 +16,18 @@ from ..elsewhere import MPI, elsewhere
 
 Array = NDArray[Any]  #: of numbers
 
-# The libraries that PETSc calls read it once, when they are loaded: threads only cost time here.
+# PETSc's libraries read this once, when they are loaded; threads only cost time here.
 _ours = "OMP_NUM_THREADS" not in os.environ
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
-    # The workers of an executor start PETSc with their first task, each at its own time: not all ranks together.
+if "petsc4py.PETSc" not in sys.modules:  # Python handles Ctrl-C, SIGTERM and closed pipes, not PETSc
+    # Workers of an executor start PETSc with their first task, each at its own time, not collectively.
     own = MPI.COMM_SELF if "mpi4py.futures" in sys.modules else None
     with elsewhere():
         petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=own)
 
 
 def _import_without_pkg_resources() -> None:
-    """UFL and FFCx of Debian 12 import it to look up their own version: 0.1 s of every start."""
+    """Import UFL and FFCx without pkg_resources, which they use in Debian 12 to look up their version (0.1 s)."""
     light = ModuleType("pkg_resources")
     light.get_distribution = importlib.metadata.distribution
     sys.modules["pkg_resources"] = light
@@ -40,9 +40,9 @@ def _import_without_pkg_resources() -> None:
 
 if "pkg_resources" not in sys.modules:
     _import_without_pkg_resources()
-arguments, sys.argv = sys.argv, ["dolfbuoy"]  # which dolfinx reads, and only if they are UTF-8
+arguments, sys.argv = sys.argv, ["dolfbuoy"]  # read by dolfinx, which requires UTF-8
 try:
-    with elsewhere():  # and numba, where it is installed
+    with elsewhere():  # this also imports numba, if installed
         import dolfinx  # noqa: F401
 finally:
     sys.argv = arguments

@@ -1,4 +1,4 @@
-"""The core in C, compiled once per machine as FFCx does it with its forms, and kept in the same cache."""
+"""The core in C, compiled once per machine like FFCx forms, and kept in the same cache."""
 
 import hashlib
 import sysconfig
@@ -24,14 +24,14 @@ ALIGNED = 8  #: doubles of the largest vector
 def core() -> ModuleType:
     """The compiled core (`.lib`, `.ffi`), from the cache of compiled forms or built into it.
 
-    Raises InputError where there is no C compiler, PermissionError for a cache that cannot be written.
+    Raises InputError without a C compiler, PermissionError for a cache that cannot be written.
     """
     chosen, int_bytes = instructions.best().options, np.dtype(PETSc.IntType).itemsize
     texts = [file.read_text() for file in sorted(build.FOLDER.iterdir()) if file.suffix in (".c", ".h", ".py")]
     petsc = PETSc.__file__, int_bytes, PETSc.Sys.getVersion()
 
     def make(path: Path) -> None:
-        config = petsc4py.get_config()  # by a parser whose import takes 2 ms
+        config = petsc4py.get_config()  # imports a parser: 2 ms
         folder, arch = config["PETSC_DIR"], config.get("PETSC_ARCH") or ""
         build.core(path, chosen, compat.KERNEL_TAKES_DATA, build.Petsc(folder, arch, int_bytes, PETSc.__file__))
 
@@ -40,9 +40,9 @@ def core() -> ModuleType:
 
 
 def kept(name: str, key: object, make: Callable[[Path], object]) -> Path:
-    """A file of the cache of compiled forms that `make` makes, by one process at a time, unless it is there.
+    """A file in the cache of compiled forms, created by `make`, in one process at a time, if it does not exist.
 
-    key: all that its contents depend on but the sanitizers.
+    key: everything its contents depend on, except the sanitizers.
     """
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     digest = hashlib.sha1(repr((key, build.sanitized(), suffix)).encode()).hexdigest()[:16]
@@ -55,23 +55,23 @@ def kept(name: str, key: object, make: Callable[[Path], object]) -> Path:
 
 
 def check(error: int) -> None:
-    """Raise PETSc.Error for an error code that a function of PETSc has returned."""
+    """Raise PETSc.Error for a nonzero error code of a PETSc function."""
     if error:
         raise PETSc.Error(error)
 
 
 def aligned(size: int) -> Array:
-    """Zeros that begin where vectors of `ALIGNED` doubles may."""
+    """Array of zeros, aligned for vectors of `ALIGNED` doubles."""
     array = np.zeros(size + ALIGNED)
     first = -array.ctypes.data // 8 % ALIGNED
     return array[first : first + size]
 
 
 def address(array: Array) -> Any:
-    """Pointer to an array of integers, doubles or bools, for C; the caller keeps the array alive."""
+    """C pointer to an array of integers, doubles or bools; the caller must keep the array alive."""
     return _ffi.cast(_POINTERS[array.dtype.char], array.ctypes.data)
 
 
 _KINDS = (np.int32, "int"), (np.int64, "int64_t"), (np.float64, "double"), (np.bool_, "bool")
 _POINTERS = {np.dtype(kind).char: f"{name} *" for kind, name in _KINDS}
-_ffi = FFI()  # that of compiled modules: cffi's own makes itself a parser of C, a twentieth of a start
+_ffi = FFI()  # that of compiled modules: cffi.FFI() creates a C parser, a twentieth of the start-up time

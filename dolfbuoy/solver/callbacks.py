@@ -1,6 +1,6 @@
-"""Functions in C that PETSc's Newton method calls: residual, Jacobian and stopping rule of a System.
+"""C functions called by PETSc's Newton method: residual, Jacobian and stopping rule of a System.
 
-What C remembers from call to call stands in one struct, `numbers`, which Python reads and changes as well.
+Their state between calls is in one struct, `numbers`, which Python reads and changes as well.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Callbacks:
-    """The C functions for a System, and the context that they get; it must live as long as the SNES."""
+    """The C functions for a System, and their context; it must live as long as the SNES."""
 
     def __init__(self, system: "System") -> None:
         ffi, order = core().ffi, system.order
@@ -53,7 +53,7 @@ class Callbacks:
         check(core().lib.make_residual(self._context, self._vector(f)))
 
     def hand_to(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec, increment: PETSc.Vec) -> None:
-        """Let a SNES call them.  x, f, increment: vectors of its own."""
+        """Install the functions in a SNES; x, f, increment: its vectors."""
         c = self._context
         c.snes, c.x = core().ffi.cast("SNES", snes.handle), self._vector(x)
         c.f, c.increment = self._vector(f), self._vector(increment)
@@ -64,10 +64,10 @@ class Callbacks:
         return Work(name, self._context, self)
 
     def improving(self, enough: float, most: int) -> Work:
-        """Function that from `u` takes increments with the matrix at hand, until one is not larger than `enough`.
+        """Function that takes increments from `u` with the present matrix, until one is not larger than `enough`.
 
-        In units of the unknowns, `most` of them; `numbers.improved` is true then if one was so small.  In rows of held
-        and of tied unknowns the latest residual is then that after the last increment, linearised.
+        In units of the unknowns, and at most `most` of them; `numbers.improved` is then true if one was small enough.
+        In rows of fixed and tied unknowns the residual then includes the last increment, linearised.
         """
         system: System = self._alive[0]
         increment = np.zeros_like(system.u)
@@ -78,18 +78,18 @@ class Callbacks:
         return Work("improve", found, (self, unknowns, increment))
 
     def _put_ends(self, ends: Any) -> None:
-        """Entries of the Jacobian in rows that forces at ends are read of."""
+        """Set the entries of the Jacobian in rows from which end forces are read."""
         entries = self._alive[0].entries_of_ends
         ends.count = len(entries[0])
         ends.places, ends.of_rows, ends.of_columns = map(address, entries)
 
     def improving_tangent(self, residual: Array, change: Array, enough: float, rough: float) -> Work:
-        """Function that takes from `change` the increment that belongs to `residual`, with the matrix at hand.
+        """Function that subtracts from `change` the increment for `residual`, with the present matrix.
 
-        Both of local unknowns.  `numbers.improved` is true then if the next one would not be larger than `enough` times
-        the change, or than `quiet` typical sizes, a number of the context that is 0 at first; or if increments shrink
-        no more, and it was not larger than `rough` times the change, or ten times `quiet`.
-        In rows of held and of tied unknowns `residual` is what it would be after the increment.
+        Both are for local unknowns.  `numbers.improved` is then true if the next increment is expected to be at most
+        `enough` times the change, or `quiet` typical sizes (in the context, initially 0); or if increments no longer
+        decrease and this one was at most `rough` times the change, or ten times `quiet`.
+        In rows of fixed and tied unknowns `residual` is updated to its value after the increment.
         """
         increment, system = np.zeros_like(change), self._alive[0]
         rows, unknowns = system.scaled_residual.of(residual), system.scaled_unknowns.of(increment)
@@ -101,7 +101,7 @@ class Callbacks:
         return Work("improve_tangent", found, (self, rows, unknowns, arrays))
 
     def until_improved(self, increment: Work, functions: Sequence[Work], most: int) -> Work:
-        """Function that calls these, `increment` one of them, until `numbers.improved`, so many times at most."""
+        """Function that calls these, including `increment`, until `numbers.improved`, at most `most` times."""
         found, row = core().ffi.new("improvement *"), in_a_row(functions)
         found.tangent, found.works, found.most = increment.context, row.context, most
         return Work("improve_until", found, (increment, row))

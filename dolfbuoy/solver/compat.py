@@ -1,7 +1,7 @@
-"""The only file that knows which dolfinx is installed.
+"""Compatibility with all supported versions of dolfinx, the only file that depends on the version.
 
-Decided once, by version number, when this module is imported.  No algorithm differs between versions: the
-functions below hide names, signatures and nothing else.
+It is determined once, from the version number, on import.  Algorithms do not differ between versions: the
+functions below hide only names and signatures.
 """
 
 import functools
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-# The functions below hand these constructors the arguments of either version.
+# The functions below call these constructors with the arguments of either version.
 import basix
 import dolfinx
 import ffcx
@@ -28,7 +28,7 @@ from ..elsewhere import MPI, elsewhere
 from . import jit
 from .jit import COMPILER
 
-#: dolfinx versions that the tests have passed on, with the Debian release that ships them.
+#: dolfinx versions on which the tests have passed, with the Debian release that ships them.
 SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13", (0, 11): "Debian sid"}
 
 VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
@@ -42,21 +42,21 @@ else:
     import basix.ufl  # not part of basix by itself
     import ffcx.options
 
-#: UFL sorts the constants of a sum by the text of their numbers, so that it matters whether they are 9 and 10: ours get
-#: as many digits each.  Else the same scene has another form, and other last bits, the more was built before it.
+#: UFL sorts the constants of a sum by their numbers as text, so that 10 comes before 9: ours all have equally many
+#: digits.  Otherwise the form of a scene, and its rounding errors, would depend on what was built before it.
 _numbers = itertools.count(1_000_000)
 
 JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
 
 
 def _read_elsewhere(module, name):
-    """(module, name, function) of options that a library reads in the user's home and not in the current folder."""
+    """(module, name, function) for options of a library, read from the user's home, not from the current folder."""
     with elsewhere():
         found = getattr(module, name)()
     return module, name, lambda: found
 
 
-#: What is in the place of functions of dolfinx and FFCx while a form is compiled here; `one_at_a_time` follows below.
+#: Replacements of functions of dolfinx and FFCx while a form is compiled here; `one_at_a_time` follows below.
 _OURS = [
     _read_elsewhere(dolfinx_jit, "_load_parameters" if LEGACY else "_load_options"),
     _read_elsewhere(*((ffcx.parameters, "_load_parameters") if LEGACY else (ffcx.options, "_load_options"))),
@@ -65,7 +65,7 @@ _OURS = [
 
 @contextmanager
 def _compiler() -> Iterator[None]:
-    """Compile without options of the current folder, each form once and by one process; then all is as it was."""
+    """Compile without options of the current folder, each form once and by one process; then restore the functions."""
     theirs = [(module, name, getattr(module, name)) for module, name, _ in _OURS]
     for module, name, ours in _OURS:
         setattr(module, name, ours)
@@ -89,19 +89,19 @@ def jit_cache() -> Path:
 
 
 def interval_mesh(comm, *pieces):
-    """Mesh of the intervals through the nodes of each piece (increasing, the same on every rank), which do not touch
-    each other, split over the ranks of `comm`."""
+    """Mesh of disjoint pieces with these nodes each (increasing, the same on every rank), distributed over the ranks of
+    `comm`."""
     nodes = np.concatenate(pieces).astype(np.float64).reshape(-1, 1)
     left = np.concatenate([np.full(len(piece), True) for piece in pieces])
     left[np.cumsum([len(piece) for piece in pieces]) - 1] = False
     left = np.flatnonzero(left)
     cells = np.column_stack([left, left + 1]).astype(np.int64)
-    if comm.rank != 0:  # the root's mesh is distributed; the others bring nothing
+    if comm.rank != 0:  # the root's mesh is distributed; other ranks contribute nothing
         nodes, cells = nodes[:0], cells[:0]
     if LEGACY:
         cell = ufl.Cell("interval", geometric_dimension=1)
-        # FFCx 0.5 makes this variant of it when it compiles: without it, a form has another name in the cache before
-        # than after, and on the rank that compiles than on the others.
+        # FFCx 0.5 switches to this variant when it compiles: otherwise the name of a form in the cache would change
+        # with compilation, and differ between the compiling rank and the others.
         domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, variant="equispaced"))
         return dmesh.create_mesh(comm, cells, nodes, domain)
     return dmesh.create_mesh(comm, cells, x=nodes, e=basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
@@ -139,7 +139,7 @@ def function_space(mesh, element):
 
 
 def constant(mesh, value) -> fem.Constant:
-    """A constant of forms, in UFL's order of ours alone: see `_numbers`."""
+    """A constant for forms, numbered by `_numbers`."""
     counter, number = ("_globalcount", next(_numbers)) if LEGACY else ("_counter", _numbers)
     theirs = getattr(ufl.Constant, counter)
     setattr(ufl.Constant, counter, number)
@@ -150,10 +150,10 @@ def constant(mesh, value) -> fem.Constant:
 
 
 def real_space(mesh, size):
-    """Space of `size` global numbers (size > 1) that belong to no place; its Function has an array of `size` values.
+    """Space of `size` global numbers (size > 1), independent of position; its Function has an array of `size` values.
 
-    A vector of piecewise constants whose every cell refers to the same dofs.  It lives entirely on one rank; other
-    ranks hold a copy of their own that nothing reads, because only `ds` terms at a line's end couple it to the line.
+    A vector of piecewise constants with the same dofs in every cell.  It resides entirely on one rank; other ranks
+    have unused copies, because only `ds` terms at a line's end couple it to the line.
     """
     space = function_space(mesh, element(mesh, "DG", 0, size))
     cells = space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts
@@ -169,16 +169,16 @@ def real_space(mesh, size):
 
 
 def collapse(space, component):
-    """Component of a mixed space as a space of its own, and the dofs of `space` that its dofs are."""
+    """Component of a mixed space as a separate space, and its dofs in `space`."""
     collapsed, dofs = space.sub(component).collapse()
     return collapsed, np.asarray(dofs[0] if SEVERAL else dofs)
 
 
-# dolfinx gives no other access to what each rank does by itself when a form is compiled for all ranks.
+# dolfinx gives no other access to the local part of its collective compilation.
 _OPTIONS = "jit_params" if LEGACY else "jit_options"
 _one_at_a_time = jit.one_at_a_time(dolfinx_jit.ffcx_jit.__wrapped__, _OPTIONS, jit_cache)
 
-#: What has been compiled or found in this process, by all that it depends on: FFCx looks for it for a millisecond.
+#: Forms compiled or found in this process, by everything they depend on; a search by FFCx takes a millisecond.
 _FOUND: dict[object, object] = {}
 
 
@@ -196,13 +196,13 @@ def _once(what, *arguments, **options):
 _OURS.append((dolfinx_jit, "ffcx_jit", dolfinx_jit.mpi_jit_decorator(_once)))
 
 
-#: Signatures of the forms of systems of a kind, by which FFCX finds what is compiled; of so many kinds, the latest.
+#: Signatures of the forms of systems of a kind, by which FFCx finds compiled forms; the latest `_MOST_KINDS` kinds.
 _SIGNATURES: dict[object, list[str]] = {}
 _MOST_KINDS = 256
 
 
 def sign(forms, kind):
-    """Give forms the signatures of those of another system of this kind: to find them takes a quarter of a set-up."""
+    """Copy the signatures from another system of this kind to forms: computing them is a quarter of the set-up time."""
     read_by = [(len(form.integrals()), len(form.coefficients()), len(form.constants())) for form in forms]
     what = (kind, *read_by)
     known = _SIGNATURES.pop(what, None) or [form.signature() for form in forms]
@@ -220,7 +220,7 @@ def compile_form(form):
 
 
 def cpp_form(form):
-    """The object that the C++ assemblers take."""
+    """The object passed to the C++ assemblers."""
     return form if LEGACY else form._cpp_object
 
 
@@ -236,7 +236,7 @@ class Integral:
     kernel: int
     cells: np.ndarray
     facets: np.ndarray | None
-    key: tuple  #: of its packed coefficients
+    key: tuple  #: key of its packed coefficients
 
 
 def integrals(form, ffi) -> list[Integral]:
@@ -264,19 +264,19 @@ def integrals(form, ffi) -> list[Integral]:
 
 
 def cell_coordinates(mesh):
-    """Vertices of every owned cell as the kernels want them: (cells, 3 x vertices)."""
+    """Vertices of every owned cell in the layout of the kernels: (cells, 3 x vertices)."""
     cells = mesh.topology.index_map(1).size_local
     return mesh.geometry.x[_geometry_dofs(mesh)[:cells]].reshape(cells, -1)
 
 
 def move_vertices(mesh, coordinates):
-    """Give the vertices of the owned cells places as `cell_coordinates` has them."""
+    """Move the vertices of the owned cells to coordinates as from `cell_coordinates`."""
     cells = mesh.topology.index_map(1).size_local
     mesh.geometry.x[_geometry_dofs(mesh)[:cells]] = coordinates.reshape(cells, -1, 3)
 
 
 def versions() -> dict[str, str]:
-    """Versions of what a result depends on."""
+    """Versions of the software that a result depends on."""
     import platform
 
     return {
@@ -313,13 +313,13 @@ def _geometry_dofs(mesh):
 
 
 def interval_quadrature(degree):
-    """Points between 0 and 1 and weights with which compiled forms integrate over a cell."""
+    """Quadrature points between 0 and 1, and weights, of compiled forms on a cell."""
     points, weights = basix.make_quadrature(basix.CellType.interval, degree)
     return np.asarray(points).ravel(), np.asarray(weights)
 
 
 def cell_tags(mesh, groups):
-    """Cell tags of an interval mesh: {tag: (low, high)} of the middles of its cells."""
+    """Cell tags of an interval mesh; groups: {tag: (low, high)}, ranges of cell midpoints."""
     middles = cell_ends(mesh).mean(axis=1)
     values = np.zeros(len(middles), dtype=np.int32)
     for tag, (low, high) in groups.items():

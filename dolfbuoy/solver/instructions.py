@@ -1,8 +1,8 @@
-"""Which vector instructions this processor has.
+"""Vector instructions of this processor.
 
-What is compiled for them carries their name in the cache of compiled forms, and only what this processor has is ever
-looked for: a cache may travel.  The variable DOLFBUOY_INSTRUCTIONS names a smaller set, or `baseline`, which every
-processor has that the compiler writes for: containers are built so.
+Files compiled for them have their name in the cache of compiled forms, and only those for this processor are used: a
+cache can be moved.  The variable DOLFBUOY_INSTRUCTIONS selects a smaller set, or `baseline`, which every processor of
+the compiler's target has: used to build containers.
 """
 
 import os
@@ -16,7 +16,7 @@ VARIABLE = "DOLFBUOY_INSTRUCTIONS"
 
 
 class Instructions(NamedTuple):
-    """A set of vector instructions: flags of the processor that it takes, options of the compiler, doubles at once."""
+    """A set of vector instructions: required processor flags, compiler options, doubles per vector."""
 
     name: str
     needs: frozenset[str]
@@ -24,8 +24,8 @@ class Instructions(NamedTuple):
     lanes: int
 
 
-#: From the smallest on; each has those before it.  Without fused products they all round alike, so that processors,
-#: and one cell or eight at once, give the same numbers: a consistent start amplifies a last digit by 1/h^2.
+#: In increasing order, each including those before it.  Without fused multiply-add all round in the same way, so that
+#: results do not depend on the processor or on the cells per vector: a consistent start amplifies rounding by 1/h^2.
 SETS = (
     Instructions("baseline", frozenset(), (), 2),
     Instructions("avx2", frozenset({"avx2"}), ("-mavx2",), 4),
@@ -40,7 +40,7 @@ SETS = (
 
 @cache
 def processor_flags() -> frozenset[str]:
-    """Instruction sets that the first processor names; empty where they cannot be read this way."""
+    """Flags of the first processor; empty if they cannot be read this way."""
     try:
         with Path("/proc/cpuinfo").open() as lines:
             return frozenset(next((line.split(":")[1] for line in lines if line.startswith("flags")), "").split())
@@ -49,7 +49,7 @@ def processor_flags() -> frozenset[str]:
 
 
 def available() -> list[Instructions]:
-    """The sets that may be used here.  Raises InputError if DOLFBUOY_INSTRUCTIONS names none of `SETS`."""
+    """The sets usable here.  Raises InputError if DOLFBUOY_INSTRUCTIONS is not one of `SETS`."""
     names = [known.name for known in SETS]
     largest = os.environ.get(VARIABLE) or names[-1]
     if largest not in names:
@@ -58,5 +58,5 @@ def available() -> list[Instructions]:
 
 
 def best() -> Instructions:
-    """The largest set that may be used here.  Raises InputError as `available`."""
+    """The largest set usable here.  Raises InputError as `available`."""
     return available()[-1]

@@ -1,6 +1,6 @@
-"""Compilation of forms: once per machine, each by one process, side by side on all cores.
+"""Compilation of forms: once per machine, each by one process, in parallel on all cores.
 
-Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
+Independent of dolfinx; `compat` wraps its compiler in `one_at_a_time`.
 """
 
 import fcntl
@@ -23,14 +23,14 @@ from typing import Any
 
 from ffcx.codegeneration import jit as ffcx_jit
 
-#: Options of every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.  Square roots
-#: that need not set errno and comparisons that need not trap halve the time of the hull's Jacobian; results stay IEEE.
+#: Options for every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.  Square roots
+#: without errno and comparisons without traps halve the time of the hull's Jacobian; results remain IEEE.
 COMPILER = ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math"]
 
 
 @contextmanager
 def quiet_compiler() -> Iterator[None]:
-    """Building an extension module reports every compiler call through the root logger."""
+    """Suppress the reports of every compiler call by the root logger when an extension module is built."""
     level = logging.root.manager.disable
     logging.disable(logging.INFO)
     try:
@@ -41,11 +41,11 @@ def quiet_compiler() -> Iterator[None]:
 
 @contextmanager
 def alone(folder: Path, name: str) -> Iterator[bool]:
-    """No other process compiles `name` into the cache `folder` meanwhile (yields True), if its file system can promise
-    that; other names are compiled at the same time.
+    """Exclude other processes from compiling `name` into the cache `folder`; yields True, or False if the file system
+    cannot lock.  Other names may be compiled at the same time.
 
-    The lock, a byte of one file, ends with the process that holds it.  Nothing collective may happen inside: other
-    ranks may want it too.
+    The lock, a byte of one file, is released with the process that holds it.  No collective calls are allowed inside:
+    other ranks may need the lock too.
     """
     _call_helpers()
     folder.mkdir(parents=True, exist_ok=True)
@@ -64,7 +64,7 @@ def alone(folder: Path, name: str) -> Iterator[bool]:
 
 
 def _lock(handle: int, name: str) -> None:
-    """Take the lock of a name, and say after a second for whom that waits.  Raises BlockingIOError in a helper."""
+    """Take the lock of a name; after a second report its holder.  Raises BlockingIOError in a helper."""
     place, until = zlib.crc32(name.encode()), time.monotonic() + SECONDS_OF_SILENCE
     while True:
         try:
@@ -84,26 +84,26 @@ def _lock(handle: int, name: str) -> None:
 
 
 SECONDS_OF_SILENCE = 1.0
-NOTICE = 25  #: level of what only somebody who looks on wants to read
+NOTICE = 25  #: log level of messages for interactive users only
 _FLOCK = "hhqqi"  #: of <fcntl.h>: type, whence, start, length, process
 
 
 def _holder(handle: int, place: int) -> int:
-    """Number of the process that holds a byte of a file; 0 if none does, or none of this machine."""
+    """Number of the process that has locked a byte of a file; 0 if none on this machine."""
     asked = struct.pack(_FLOCK, fcntl.F_WRLCK, os.SEEK_SET, place, 1, 0)
     kind, *_, process = struct.unpack(_FLOCK, fcntl.fcntl(handle, fcntl.F_GETLK, asked))
     return 0 if kind == fcntl.F_UNLCK else int(process)
 
 
 def _is_stopped(process: int) -> bool:
-    """True if a process has been stopped, as Ctrl-Z does."""
+    """True if a process has been stopped, as by Ctrl-Z."""
     with suppress(OSError):
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     return False
 
 
 class _Team:
-    """Processes that compile for this one, and what they can do: steps that leave things in the cache."""
+    """Helper processes that compile for this one, and their steps, which write to the cache."""
 
     def __init__(self) -> None:
         self.steps: Sequence[Callable[[], object]] = ()
@@ -116,9 +116,9 @@ _team = _Team()
 
 @contextmanager
 def helped(steps: Sequence[Callable[[], object]]) -> Iterator[None]:
-    """Other cores take steps too, the last first, from the moment on that something is missing from the cache.
+    """Let other cores execute steps too, the last first, as soon as something is missing from the cache.
 
-    steps: compile what the block needs, without MPI; what another process is compiling is skipped.
+    steps: compile what the block needs, without MPI; forms being compiled by another process are skipped.
     """
     _team.steps, finished = steps, False
     try:
@@ -130,13 +130,13 @@ def helped(steps: Sequence[Callable[[], object]]) -> Iterator[None]:
             if not finished:
                 with suppress(ProcessLookupError):
                     os.kill(process, signal.SIGINT)
-            with suppress(ChildProcessError):  # the host has waited for all of its children
+            with suppress(ChildProcessError):  # the host program has waited for all its children
                 os.waitpid(process, 0)
         _team.helpers.clear()
 
 
 def _call_helpers() -> None:
-    """Begin to compile: one more process for every other core, if there are steps that it can take."""
+    """Start one helper process for every other core, if there are steps."""
     steps, _team.steps = _team.steps, ()
     if steps:
         words = "Compiling what this combination of effects needs, once on this machine."
@@ -145,9 +145,9 @@ def _call_helpers() -> None:
 
 
 def _helper(steps: Sequence[Callable[[], object]]) -> int:
-    """Number of a new process that takes steps and ends."""
+    """Number of a new process that executes steps and ends."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of threads of the host, which this copy does not have
+        warnings.simplefilter("ignore", DeprecationWarning)  # about threads of the host program, which are not copied
         process = os.fork()
     if process:
         return process
@@ -168,13 +168,13 @@ def _helper(steps: Sequence[Callable[[], object]]) -> int:
 
 
 def one_at_a_time(local_jit: Callable[..., Any], name: str, cache: Callable[[], Path]) -> Callable[..., Any]:
-    """dolfinx's compiler of one process, each form by one process only; what is compiled already waits for none.
+    """dolfinx's local compiler, restricted to one process per form; compiled forms are loaded without waiting.
 
-    name: of its argument with the options.  cache: returns the folder of what it has compiled.
+    name: that of its argument with the options.  cache: returns the folder of compiled forms.
 
-    FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
-    was killed meanwhile.  While this process alone compiles the form, a claim without a result is a leftover; it is
-    removed.
+    FFCx claims a form by creating its C file, and other processes finding that file wait for the result: in vain, if
+    the first was killed.  Since here only this process compiles the form, a claim without a result is a leftover and
+    is removed.
     """
 
     @functools.wraps(local_jit)
@@ -199,12 +199,12 @@ def one_at_a_time(local_jit: Callable[..., Any], name: str, cache: Callable[[], 
 
 
 class _NotCompiledError(Exception):
-    """A form, the name of its module, is not in the cache."""
+    """Raised with the name of a module if a form is not in the cache."""
 
 
 @contextmanager
 def _looking_at_once() -> Iterator[None]:
-    """FFCx looks for what it has compiled at one place, instead of listing a cache that may hold thousands of files."""
+    """Let FFCx look up a compiled form directly, instead of listing a cache that may hold thousands of files."""
     look = ffcx_jit.get_cached_module
     ffcx_jit.get_cached_module = _cached_module
     try:
@@ -216,7 +216,7 @@ def _looking_at_once() -> Iterator[None]:
 def _cached_module(
     module_name: str, object_names: list[str], cache_dir: str | Path, timeout: float
 ) -> tuple[list[Any], ModuleType]:
-    """As FFCx's function of that name.  Raises _NotCompiledError."""
+    """Replacement of FFCx's `get_cached_module`.  Raises _NotCompiledError."""
     cache = Path(cache_dir)
     if not (cache / f"{module_name}.c.cached").exists():
         raise _NotCompiledError(module_name)
@@ -226,7 +226,7 @@ def _cached_module(
 
 @functools.cache
 def load(name: str, folder: Path) -> ModuleType:
-    """The extension module of a name in a folder."""
+    """The extension module with this name in a folder."""
     spec: Any = importlib.util.spec_from_file_location(name, folder / (name + sysconfig.get_config_var("EXT_SUFFIX")))
     module: ModuleType = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

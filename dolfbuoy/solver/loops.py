@@ -1,12 +1,12 @@
 """The loop over cells in C.
 
-dolfinx's assemblers take packed coefficients and insert the tensor of every cell by itself.  Here one call of C does
-all forms of a residual or of a Jacobian: it gathers coefficients and constants of a cell from one array, calls the
-same kernel, and adds the tensor to a vector or leaves it where PETSc's COO assembly reads it (measured by
-tests/verification/step_cost.py).  What has to be copied around that is done by C as well.
+dolfinx's assemblers take packed coefficients and insert the tensor of every cell separately.  Here one C call evaluates
+all forms of a residual or Jacobian: it gathers the coefficients and constants of a cell from one array, calls the same
+kernel, and adds the tensor to a vector or stores it where PETSc's COO assembly reads it (measured by
+tests/verification/step_cost.py).  The necessary copies are done in C as well.
 
-Several cells are done at once, one in each lane of the vector registers (`lanes`).  Their numbers stand lane by lane:
-all that belongs to a cell is in blocks (cells of a block // lanes, numbers of a cell, lanes).
+Several cells are evaluated at once, one in each lane of the vector registers (`lanes`).  Their data are interleaved:
+everything for the cells is in blocks, shape (cells // lanes, numbers of a cell, lanes).
 """
 
 from collections.abc import Callable
@@ -21,15 +21,15 @@ from .c_code import address, core
 from .unknowns import Contribution, Values
 from .vector_ops import Work
 
-#: Places that loops read, by their content.
+#: Index arrays of loops, by content, for sharing.
 _SAME: WeakValueDictionary[bytes, Array] = WeakValueDictionary()
 
 
 class Scaled:
-    """Some entries of an array in units of their own, as PETSc sees them: entry k is scale[k] * values[places[k]].
+    """Scaled entries of an array, as PETSc sees them: entry k is scale[k] * values[places[k]].
 
-    scale: may be changed, in place.  ties: (places, entries): what is put into an entry goes to these places too, and
-    what is taken from there is added to the entry.  `described`: for C.
+    scale: may be changed in place.  ties: (places, entries): `put` copies an entry to these places too, and `take`
+    adds their values to the entry.  `described`: for C.
     """
 
     def __init__(self, values: Any, places: Any, scale: Array, ties: tuple[Any, Any] = ((), ())) -> None:
@@ -41,7 +41,7 @@ class Scaled:
         self._x = address(self.x)
 
     def take(self) -> Array:
-        """x, from the values."""
+        """Read x from the values."""
         core().lib.take(self.described, self._x)
         return self.x
 
@@ -56,24 +56,24 @@ class Scaled:
 
 
 class Hooks:
-    """Functions that are called before every evaluation of a residual or a Jacobian, in the order of `add`.
+    """Functions called before every evaluation of a residual or Jacobian, in the order of `add`.
 
-    A hook may change what the kernels are about to read: coefficients in the array `values` of a `Values`, and the
-    coordinates of a mesh.  Residual and Jacobian at one state must see the same.
+    A hook may change the data of the kernels: coefficients in the array `values` of a `Values`, and the coordinates of
+    a mesh.  They must be the same for residual and Jacobian at one state.
     """
 
     def __init__(self, values: Any) -> None:
         self.values, self.described = values, core().ffi.new("hooks *")
         self._alive: list[Any] = []
-        self._room: Any = []  # for hooks, of which `described` counts those in use
+        self._room: Any = []  # storage for hooks; `described` has the number in use
         self._error: Any = None
-        self.failed = np.zeros(1, dtype=np.int32)  #: for C: whether one has raised
+        self.failed = np.zeros(1, dtype=np.int32)  #: for C: 1 if one has raised an exception
 
     def add(self, function: str | int | Callable[[Array], object], context: Any = None) -> None:
-        """function: name of one of the core, with its context, or the address of another
+        """Add a hook; function: name of a core function, with its context, or the address of another
         void (*)(void *context, double *values), with that of its context; or a Python function of the array.
 
-        What a Python function raises is raised by the evaluation, and the numbers of that evaluation mean nothing.
+        Exceptions of a Python function are raised by the evaluation, whose results are then meaningless.
         """
         ffi, place = core().ffi, self.described.count
         if isinstance(function, str):
@@ -94,14 +94,14 @@ class Hooks:
         self._error, self.failed[0] = error, 1
 
     def check(self) -> None:
-        """Raise what a hook has raised."""
+        """Raise the exception of a hook, if any."""
         if self._error is not None:
             error, self._error, self.failed[0] = self._error, None, 0
             raise error
 
 
 class Shared:
-    """Hooks of a System, and arrays that a hook may write: the same ones for all of its loops."""
+    """Hooks of a System, and arrays that a hook may write to, shared by all its loops."""
 
     def __init__(self, hooks: Hooks) -> None:
         self.hooks = hooks
@@ -109,13 +109,13 @@ class Shared:
         self._counts: dict[tuple[int, bytes], tuple[Any, Array]] = {}
 
     def coordinates(self, mesh: Any) -> Array:
-        """Vertices of the owned cells of a mesh (cells, 3 x vertices), where its quadrature points can be moved."""
+        """Vertices of the owned cells of a mesh (cells, 3 x vertices); changing them moves the quadrature points."""
         if id(mesh) not in self._coordinates:
             self._coordinates[id(mesh)] = mesh, np.ascontiguousarray(compat.cell_coordinates(mesh), dtype=np.float64)
         return self._coordinates[id(mesh)][1]
 
     def count(self, mesh: Any, cells: Array) -> Array:
-        """Number of the cells, from the first on, that all integrals over these cells look at: an array of one."""
+        """Array (1,) with the number of cells, from the first on, used by all integrals over these cells."""
         key = id(mesh), np.asarray(cells, dtype=np.int32).tobytes()
         if key not in self._counts:
             self._counts[key] = mesh, np.array([len(cells)], dtype=np.int32)
@@ -123,12 +123,12 @@ class Shared:
 
 
 class Loop:
-    """The forms of `contributions`, added up by one call.
+    """The forms of `contributions`, summed by one call.
 
-    values: a `Values` with all their unknowns, coefficients and constants.  shared: what all loops of a System
-    share (`Shared`).  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out`
-    holds the tensors, whose `entries` belong to local unknowns (rows, columns; -1: to none), and after them `spare`
-    zeros.  `described`: for C.
+    values: a `Values` with all their unknowns, coefficients and constants.  shared: the `Shared` of all loops of a
+    System.  A residual is added to an array of `size` local unknowns.  For Jacobians (size None) `out` holds the
+    tensors, whose `entries` are local unknowns (rows, columns; -1: none), followed by `spare` zeros.  `described`:
+    for C.
     """
 
     def __init__(
@@ -169,9 +169,9 @@ class Loop:
         return self.out
 
     def in_c(self, hooks: bool = True) -> Work:
-        """The same for `together`; what a hook raises is raised by the next evaluation from Python.
+        """The same for `together`; exceptions of a hook are raised by the next evaluation from Python.
 
-        hooks: else those of the latest evaluation are good enough.
+        hooks: whether to call the hooks, or use the data of the latest evaluation.
         """
         if hooks:
             return Work("integrate_all", self.described, self)
@@ -215,7 +215,7 @@ class Loop:
         self._first += self._entries[-1].shape[1]
 
     def _dofs_of(self, space: Any) -> Array:
-        """Dofs of every owned cell, blocks one by one."""
+        """Dofs of every owned cell, with blocks expanded."""
         if id(space) not in self._dofs:
             blocks, size = compat.cell_dofs(space), space.dofmap.bs
             dofs = size * blocks[:, :, None] + np.arange(size, dtype=np.int32)
@@ -223,11 +223,11 @@ class Loop:
         return self._dofs[id(space)]
 
     def _by_lanes(self, one: Any, numbers: Array) -> Any:
-        """Address of numbers of every cell (cells, numbers); lanes that are too many do what the last cell does."""
+        """Address of interleaved numbers of every cell (cells, numbers); surplus lanes repeat the last cell."""
         return self._ints(_blocks(numbers, one.lanes, numbers[-1:]))
 
     def _ints(self, array: Any) -> Any:
-        """Address of numbers that nobody changes: of one array, where loops of several scenes have the same."""
+        """Address of constant integers; equal arrays of several loops are shared."""
         array = np.ascontiguousarray(array, dtype=np.int32)
         return self._kept(_SAME.setdefault(array.tobytes(), array))
 
@@ -240,7 +240,7 @@ class Loop:
 
 
 def _blocks(numbers: Array, lanes: int, more: Any) -> Array:
-    """(cells, numbers of a cell) -> (blocks, numbers of a cell, lanes); more: of the cells that are too many."""
+    """(cells, numbers of a cell) -> (blocks, numbers of a cell, lanes); more: numbers for the surplus lanes."""
     cells, n = numbers.shape
     blocks = -(-cells // lanes)
     filled = np.empty((blocks * lanes, n), dtype=np.int32)

@@ -1,8 +1,8 @@
-"""The damped Newton method of a System: PETSc SNES with line search, and the functions in C of `callbacks`.
+"""The damped Newton method of a System: PETSc SNES with line search, and the C functions of `callbacks`.
 
-The Jacobian is exact, but need not be of today: with the matrix and the factorisation of an earlier iteration or step
-Newton's increments shrink by a factor instead of squaring.  Such an iteration costs a third of one with a new matrix,
-or less, so that keeping them pays while the factor is small.
+The Jacobian is exact but need not be current: with the matrix and factorisation of an earlier iteration or step,
+convergence is linear instead of quadratic.  Such an iteration costs at most a third of one with a new matrix, so
+keeping the matrix pays while the convergence factor is small.
 """
 
 from collections.abc import Callable
@@ -18,21 +18,21 @@ from .vector_ops import copies, together
 if TYPE_CHECKING:
     from .system import System
 
-_EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
-_UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
-_ACCURACY = 1e-8  # of a linear solve that is checked
-_SOLVES = 1, 5  # at most: without a check, with one
-_SLOW = 0.1  # shrinking of the increments from which on a new matrix is due
-_MOST = 50  # iterations of a solve
-_MANY = 4  # iterations of a solve after which the next one begins with a new matrix
+_EXTERNAL_LIBRARY = 76  # PETSc's error code if a library such as MUMPS reports an error
+_UNKNOWN_TYPE = 86  # PETSc's error code for an unknown solver or preconditioner
+_ACCURACY = 1e-8  # required accuracy of a checked linear solve
+_SOLVES = 1, 5  # largest number of linear solves: unchecked, checked
+_SLOW = 0.1  # convergence factor above which a new matrix is computed
+_MOST = 50  # largest number of iterations of a solve
+_MANY = 4  # number of iterations of a solve after which the next one begins with a new matrix
 _EVERYWHERE = 10_000_000  # unknowns up to which each of several ranks factorises the whole matrix
-_MARGIN = 0.01  # part of the tolerance that a kept matrix has to meet, as the last increment does not square the error
+_MARGIN = 0.01  # fraction of the tolerance required with a kept matrix, because convergence is only linear
 
 
 class SolverOptions:
-    """Line search and the scene's own PETSc options (solver.petsc), under a prefix of one system's own.
+    """Line search and the scene's own PETSc options (solver.petsc), with a separate prefix for each system.
 
-    The scene's stay in the database until a solve has ended: solvers within a preconditioner read theirs only then.
+    The scene's stay in the database until a solve has ended: solvers within a preconditioner read theirs that late.
     """
 
     def __init__(self, scene: dict[str, Any] | None = None) -> None:
@@ -42,7 +42,7 @@ class SolverOptions:
         self._prefix = f"dolfbuoy_{''.join(chr(ord('a') + int(digit)) for digit in str(id(self)))}_"
 
     def apply(self, snes: Any) -> None:
-        """Let a SNES read them.  Raises InputError for what PETSc refuses."""
+        """Apply the options to a SNES.  Raises InputError if PETSc refuses them."""
         db, options = PETSc.Options(), {"snes_linesearch_type": "bt", **self.scene}
         snes.setOptionsPrefix(self._prefix)
         self._in_database = [self._prefix + key for key in options]
@@ -57,12 +57,12 @@ class SolverOptions:
             self.forget()
 
     def forget(self) -> None:
-        """Take them out of PETSc's database."""
+        """Remove the options from PETSc's database."""
         while self._in_database:
             del PETSc.Options()[self._in_database.pop()]
 
     def refused(self, error: Any) -> InputError:
-        """InputError for an error of PETSc."""
+        """InputError for a PETSc error."""
         return InputError(f"solver.petsc = {self.scene}: PETSc refuses it (error {error.ierr}).")
 
 
@@ -70,8 +70,8 @@ class Newton:
     """Solves a `System` from the values in its `u`.
 
     direct: PETSc's package for the factorisation on one rank; "petsc" (natural ordering, no pivoting) falls back to
-    "mumps" when a solve is not accurate.  Several ranks do the same, each for itself, unless there are so many unknowns
-    that they must share the factors: MUMPS does it then.  options: the scene's own for PETSc.
+    "mumps" if a solve is not accurate.  Several ranks each factorise the whole matrix in the same way, unless there are
+    so many unknowns that the factors must be distributed, by MUMPS.  options: the scene's PETSc options.
     keep_jacobian: use a matrix for several iterations and steps.
     """
 
@@ -84,13 +84,11 @@ class Newton:
     ) -> None:
         self.system, self.options = system, SolverOptions(options)
         self.iterations_total = self.fallbacks = 0
-        numbers = self.numbers = system.callbacks.numbers  #: what C reads and changes too
+        numbers = self.numbers = system.callbacks.numbers  #: shared with C
         numbers.linear_tolerance, numbers.linear_solves = _ACCURACY, _SOLVES
         numbers.tolerance, numbers.own_options = system.tolerance, bool(self.options.scene)
         numbers.keep, numbers.slow, numbers.margin, numbers.many = keep_jacobian, _SLOW, _MARGIN, _MANY
-        self.fault: Callable[[], str | None] = lambda: (
-            None
-        )  # what is wrong with a solution that no physical state can be
+        self.fault: Callable[[], str | None] = lambda: None  # fault of a solution that is not a physical state
         self.everywhere = system.comm.size > 1 and not options and system.numbering.unknowns <= _EVERYWHERE
         self.direct = direct if system.comm.size == 1 or self.everywhere else "mumps"
         self.x = system.numbering.vector()
@@ -98,13 +96,13 @@ class Newton:
         self._go_back = copies([(system.u, before)])
         self.snes = snes = PETSc.SNES().create(system.comm)
         system.callbacks.hand_to(snes, self.x, self._f, self._increment)
-        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
+        # The stopping rule updates Jacobians: SNES would look up a dozen options each time.
         check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
         snes.setType("newtonls")
         snes.setTolerances(rtol=0, atol=0, stol=0, max_it=_MOST)
         self.choose_solver(self.direct)
         attempt, judge = (system.callbacks.work(name) for name in ("attempt", "judge_solve"))
-        #: The first part of `solve`, what needs no decisions.
+        #: The first part of `solve`, without decisions.
         self.begin = together(copies([(before, system.u)]), system.read_given, attempt, judge, system.publish)
         self._again = together(self._go_back, attempt, system.publish)
 
@@ -112,7 +110,7 @@ class Newton:
         """Solve linear systems with a factorisation of this package, unless the scene's options say otherwise."""
         ksp = self.snes.getKSP()
         ksp.reset()
-        self.numbers.valid = False  # a kept matrix goes with its factorisation
+        self.numbers.valid = False  # a kept matrix is lost with its factorisation
         pc, natural = ksp.getPC(), package == "petsc"
         if self.everywhere:
             check(core().lib.factorise_everywhere(core().ffi.cast("PC", pc.handle), package.encode(), natural))
@@ -121,8 +119,8 @@ class Newton:
             pc.setFactorSolverType(package)
             if natural:
                 pc.setFactorOrdering("natural")
-        # Richardson on an exact factorisation: one solve, a look at its residual, refinement if it is not small.  C
-        # leaves the look out for a kept matrix, whose factorisation was looked at when it was new: Newton refines.
+        # Richardson with an exact factorisation: one solve, a check of its residual, refinement if it is not small.  C
+        # omits the check for a kept matrix, whose factorisation was checked when it was new: Newton itself refines.
         ksp.setType("richardson")
         self.numbers.checked = True
         ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
@@ -132,10 +130,10 @@ class Newton:
     def set_scales(self, gamma: float) -> None:
         """Scale the system for a step with d/dt ~ gamma."""
         if self.system.set_scales(gamma):
-            self.numbers.valid = False  # the matrix at hand has the old gamma, and the old scales
+            self.numbers.valid = False  # the present matrix has the old gamma and scales
 
     def forget(self) -> None:
-        """Scale anew before the next solve, and keep no matrix: the equations are others."""
+        """Discard scales and matrix because the equations have changed."""
         self.system.gamma, self.numbers.valid = None, False
         self.set_scales(1.0)
 
@@ -150,10 +148,10 @@ class Newton:
         return self.end()
 
     def approach(self, most: int) -> tuple[int, bool]:
-        """At most so many iterations from `u`, which then holds where they ended: their number, and whether that is a
-        solution.
+        """Take at most `most` iterations from `u`, which then holds the result; returns their number, and whether it is
+        a solution.
 
-        Raises SolveError, with `u` as it was, where a linear system had no solution.
+        Raises SolveError, with `u` restored, if a linear system has no solution.
         """
         self.snes.setTolerances(rtol=0, atol=0, stol=0, max_it=most)
         try:
@@ -171,7 +169,7 @@ class Newton:
         return iterations, self._stalled_at_rounding(reason)
 
     def end(self) -> int:
-        """The second part of `solve`: what to do if it did not go well, and whether the solution can be one."""
+        """The second part of `solve`: retries after failure, and a check that the solution is physical."""
         iterations: int = self.numbers.iterations
         fault: str | None = None
         if self.options.scene:
@@ -187,7 +185,7 @@ class Newton:
         return iterations
 
     def _solve_as_best(self) -> tuple[int, str | None]:
-        """Iterations, and what is wrong: with the matrix at hand, else with new ones, else with pivoting."""
+        """(iterations, fault or None), with the present matrix, else with new ones, else with pivoting."""
         iterations, reason = self._checked()
         if reason < 0 and self.numbers.keep:  # perhaps only the matrix was too old
             self.numbers.keep = self.numbers.valid = False
@@ -215,7 +213,7 @@ class Newton:
         return self._checked()
 
     def _checked(self) -> tuple[int, int]:
-        """Iterations and reason of the latest attempt.  Raises what a hook has raised, and PETSc's errors."""
+        """Iterations and reason of the latest attempt.  Raises exceptions of hooks, and PETSc errors."""
         self.options.forget()
         error, reason = self.numbers.error, self.numbers.reason
         if error:
@@ -226,12 +224,12 @@ class Newton:
             reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
             self.choose_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
-        self.system.hooks.check()  # C lets a solve end first
+        self.system.hooks.check()  # raised only after a solve has ended
         return self.numbers.iterations, reason
 
     def _stalled_at_rounding(self, reason: int) -> bool:
-        """The line search found nothing better because the residual is rounding noise already: the increment that
-        Newton asks for is tiny."""
+        """True if the line search failed because the residual has reached rounding level: Newton's increment is
+        tiny."""
         if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
             return False
         increment = self.x.duplicate()
@@ -244,15 +242,15 @@ class Newton:
     # -- interruption -------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """The matrix that is kept for the next solve, if one is (values of this rank), and its gamma."""
+        """The matrix kept for the next solve, if any (values of this rank), and its gamma."""
         values = self.system.A.getValuesCSR()[2] if self.numbers.valid else None
         return {"gamma": self.system.gamma, "matrix": values, "fallbacks": self.fallbacks}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on with the matrix of `state`."""
+        """Continue with the matrix of `state`."""
         self.fallbacks, self.numbers.valid = state["fallbacks"], False
         if self.system.gamma != state["gamma"]:
-            self.system.gamma = None  # scales of nearly the same step would stay, and differ in their last digits
+            self.system.gamma = None  # scales of a nearly equal step would be kept, and differ by rounding
         self.set_scales(state["gamma"])
         if state.get("matrix") is None:
             return
@@ -264,7 +262,7 @@ class Newton:
         numbers.valid, numbers.kept, numbers.assembled_for = True, False, numbers.assembled
 
     def destroy(self) -> None:
-        """Give PETSc's objects back, the system's too."""
+        """Free PETSc objects, including those of the system."""
         self.options.forget()
         for item in (self.snes, self.x, self._f, self._increment, self.system):
             item.destroy()

@@ -1,4 +1,4 @@
-"""Which unknown of which rank stands where in PETSc's vectors and matrices."""
+"""Numbering of the unknowns of all ranks in PETSc's vectors and matrices."""
 
 from typing import Any
 
@@ -12,13 +12,13 @@ from .c_code import address, check, core
 class Numbering:
     """Global numbers of the free unknowns: rank after rank, `order` within a rank.
 
-    comm: of the whole problem.  size: number of local unknowns.  order: free local unknowns owned by this rank, in the
-    order of the matrix.  keys: (k, n) numbers that `order` is sorted by, the last ones first, and by which those of
-    all ranks are eliminated.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of
-    local unknowns and of those, in the order or ghosts, whose global index they have.
+    comm: that of the whole problem.  size: number of local unknowns.  order: free local unknowns owned by this rank, in
+    matrix order.  keys: (k, n) sort keys of `order`, the last ones first, which also give the elimination order over
+    all ranks.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of local unknowns
+    and of those, in `order` or ghosts, whose global index they share.
 
-    Constrained dofs (an anchored end) are no unknowns: PETSc is given the index -1 for them and drops their rows and
-    columns.  `visible` are the owned free unknowns, in their order, and the ghosts after them.
+    Constrained dofs (an anchored end) are not unknowns: PETSc gets the index -1 for them and drops their rows and
+    columns.  `visible` are the owned free unknowns, in order, followed by the ghosts.
     """
 
     def __init__(
@@ -42,13 +42,13 @@ class Numbering:
             self.ghosts = local[free]
             self.global_index[self.ghosts] = number[free]
         self.visible = np.concatenate([self.order, self.ghosts]).astype(np.int64)
-        #: Local unknowns that are tied, and where in `visible` those stand that they are tied to.
+        #: Tied local unknowns, and the places in `visible` of those they are tied to.
         none: Array = np.zeros(0, dtype=np.int64)
         self.tied, self.tied_to = self._tie(*ties) if ties is not None else (none, none)
         self.lgmap = PETSc.LGMap().create(self.global_index, comm=comm)
-        #: vector of the owned unknowns and the ghosts, where other ranks add to this rank's rows
+        #: vector of owned unknowns and ghosts, if other ranks add to this rank's rows
         self.ghosted: Any = None
-        #: global numbers in the order of elimination, where ranks follow each other in `order`
+        #: global numbers in elimination order; by global number the ranks follow one another
         self.elimination: Any = None
         if comm.size > 1:
             everywhere = np.lexsort(np.concatenate(comm.allgather(keys), axis=1)).astype(PETSc.IntType)
@@ -70,7 +70,7 @@ class Numbering:
         return x
 
     def matrix(self) -> PETSc.Mat:
-        """A PETSc matrix without a pattern yet."""
+        """A PETSc matrix whose pattern is not yet set."""
         n, N = len(self.order), self.unknowns
         A = PETSc.Mat().create(self.comm)
         A.setSizes([[n, N], [n, N]])
@@ -79,24 +79,24 @@ class Numbering:
         return A
 
     def destroy(self) -> None:
-        """Give PETSc's objects back."""
+        """Free PETSc objects."""
         self.lgmap.destroy()
         if self.ghosted is not None:
             self.ghosted.destroy()
             self.elimination.destroy()
 
 
-# Matrices from (row, column, value) triples go through the core, for petsc4py of Debian 12 cannot make them.
+# Matrices from (row, column, value) triples are made by the core, because petsc4py of Debian 12 lacks the functions.
 
 
 def preallocate(A: PETSc.Mat, rows: Array, columns: Array) -> None:
-    """Fix the nonzero pattern of a matrix by global (row, column) pairs; negative ones are left out."""
+    """Set the nonzero pattern of a matrix by global (row, column) pairs; negative ones are ignored."""
     rows, columns = (np.array(a, dtype=PETSc.IntType) for a in (rows, columns))  # PETSc may change them
     places = (core().ffi.cast("PetscInt *", a.ctypes.data) for a in (rows, columns))
     check(core().lib.MatSetPreallocationCOO(core().ffi.cast("Mat", A.handle), len(rows), *places))
 
 
 def set_values(A: PETSc.Mat, values: Array) -> None:
-    """Set the matrix to the sums of `values`, one for each pair of `preallocate`."""
+    """Set the matrix from `values`, one for each pair of `preallocate`; duplicates are summed."""
     insert = int(PETSc.InsertMode.INSERT_VALUES)
     check(core().lib.MatSetValuesCOO(core().ffi.cast("Mat", A.handle), address(values), insert))

@@ -1,9 +1,9 @@
 """The quadratic eigenvalue problem (K + lambda E + lambda^2 M) x = 0 of sparse rows, with SLEPc.
 
-K may be singular, for what nothing holds has lambda = 0: about a shift of 0 a solver then "converges" to pairs that are
-none, without an error.  So the shift is real and negative.  Before that rows and columns are equilibrated, and time is
-counted in units of the shift, so that it is -1.  SLEPc's real numbers have no complex shift, and need none: the lowest
-modes lie about a small one.
+K may be singular, because unrestrained motions have lambda = 0: with a shift of 0 a solver then "converges" to spurious
+pairs without an error.  The shift is therefore real and negative.  Rows and columns are first equilibrated, and time is
+scaled so that the shift is -1.  SLEPc in real arithmetic has no complex shift, and needs none: the lowest modes lie
+around a small real one.
 """
 
 import contextlib
@@ -21,36 +21,36 @@ from ..elsewhere import MPI, elsewhere
 from ..errors import SolveError
 from . import Array
 
-#: Imaginary parts below this part of |lambda| are rounding.
+#: Imaginary parts below this fraction of |lambda| are rounding errors.
 REAL = 1e-9
-#: Backward error that every pair has to have, normwise, in equilibrated rows and columns.
+#: Largest normwise backward error of a pair, in equilibrated rows and columns.
 RESIDUAL = 1e-8
-#: An eigenvalue below this part of the shift is zero: rounding splits a double zero to about sqrt(1e-16) of it.
+#: An eigenvalue below this fraction of the shift is zero: rounding splits a double zero by about sqrt(1e-16) of it.
 ZERO = 1e-5
-#: Roots of the mixed matrix lie within this part of those without mixing.
+#: Largest relative difference between roots with and without mixing.
 MIXED = 1e-2
-#: What is added to K where it is singular: the first of these with which it is not, in the arithmetic of LU.
+#: Regularisation added to a singular K: the first of these for which LU does not find it singular.
 NEARLY = (1e-13, 1e-12, 1e-11, 1e-10)
-#: The shift is moved until it is this part of the smallest eigenvalue that is not zero, or between these parts.
+#: Target of the shift relative to the smallest nonzero eigenvalue, and the acceptable range of this ratio.
 PART, PARTS = 0.2, (0.02, 2.0)
-#: Of eigenvalues that are computed all at once: another shift, about which those that are finite are the same.
+#: For all eigenvalues at once: relative accuracy, and another shift, with which finite eigenvalues must agree.
 ACCURACY, OTHER = 1e-6, 1.7
-#: How far from an eigenvalue its vector is iterated, in parts of it.
+#: Relative distances from an eigenvalue of the shift for inverse iteration of its vector.
 NEXT = 1e-9, 3e-9, 1e-8
-#: Of eigenvalues that are computed all at once: ratio of the radii of rings, and the most rings.
+#: For all eigenvalues at once: ratio of the radii of rings, and the largest number of rings.
 RING, RINGS = 30.0, 7
-#: How often SLEPc is asked, each time for other numbers of eigenvalues.
+#: Number of trials of SLEPc, each with another number of eigenvalues.
 TRIALS = 3
-#: Restarts of SLEPc, of which it mostly needs less than ten; and what is worth it where modes are no more than news.
+#: Limit of SLEPc's restarts, which mostly needs less than ten, and a lower one if modes are only informative.
 RESTARTS, FEW = 500, 40
 #: Size of the companion form up to which all its eigenvalues are computed at once.
 DENSE = 240
 
 
 class Pairs(NamedTuple):
-    """roots (m,) with Im >= 0, by rising |lambda|; vectors (unknowns, m); residuals (m,); zero (m,): which are 0.
+    """Eigenpairs: roots (m,) with Im >= 0, by rising |lambda|; vectors (unknowns, m); residuals (m,); zero (m,): mask.
 
-    problem: whose they are.
+    problem: the Quadratic they belong to.
     """
 
     roots: Array
@@ -60,7 +60,7 @@ class Pairs(NamedTuple):
     problem: "Quadratic"
 
     def at_zero(self) -> Array:
-        """Vectors (unknowns, k) with lambda = 0, made solutions of K x = 0; some may be the same."""
+        """Vectors (unknowns, k) with lambda = 0, improved to solutions of K x = 0; some may be equal."""
         problem = self.problem
         return problem.columns[:, None] * problem.in_kernel(self.vectors[:, self.zero] / problem.columns[:, None])
 
@@ -70,9 +70,9 @@ class Pairs(NamedTuple):
 
 
 class Quadratic:
-    """K, E and M in equilibrium at the shift -speed: scipy's matrices (rows of this rank, all unknowns).
+    """K, E and M, equilibrated, with the shift -speed: scipy matrices (rows of this rank, all unknowns).
 
-    restarts: of SLEPc; with FEW it fails unless all that it is asked for converge.
+    restarts: limit for SLEPc; with FEW it fails unless all requested pairs converge.
     """
 
     def __init__(self, comm: Any, K: Any, E: Any, M: Any, speed: float, restarts: int = RESTARTS) -> None:
@@ -83,23 +83,23 @@ class Quadratic:
         self.norms = [np.sqrt(comm.allreduce(float(abs(A).power(2).sum()))) for A in (self.K, self.E, self.M)]
 
     def is_small(self, count: int) -> bool:
-        """True if all eigenvalues are computed at once when `count` of them are asked for."""
+        """True if all eigenvalues are computed at once when `count` of them are requested."""
         return bool(2 * self.K.shape[1] <= max(DENSE, 4 * count))
 
     def pairs(self, count: int) -> tuple[Array, Array]:
-        """Eigenvalues next to -1, `count` or more, and their vectors."""
+        """Eigenvalues closest to -1, `count` or more, and their vectors."""
         roots, vectors = self._all_pairs() if self.is_small(count) else self._nearest_pairs(count)
-        real = np.abs(roots.imag) < REAL * np.abs(roots)  # two that are one come apart as conjugates
+        real = np.abs(roots.imag) < REAL * np.abs(roots)  # a double root splits into conjugates
         return np.where(real, roots.real, roots), vectors
 
     def _all_pairs(self) -> tuple[Array, Array]:
         """Eigenvalues mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.
 
-        Infinite eigenvalues have mu = 0; rounding makes them large ones, since with constraints they are defective, of
-        index 3.  They differ about another shift, which identifies them.
+        Infinite eigenvalues have mu = 0; rounding makes them finite but large, because with constraints they are
+        defective (index 3).  They change with the shift, which identifies them.
         """
         inverse = self._inverse(1.0)
-        # LAPACK loses vectors of equal eigenvalues where the matrix falls apart, as that of a line in two planes does
+        # LAPACK loses vectors of equal eigenvalues if the matrix decouples, like that of a line in two planes
         mixing = np.linalg.qr(np.random.default_rng(0).standard_normal(inverse.shape))[0]
         mu, vectors = np.linalg.eig(mixing.T @ inverse @ mixing)
         vectors = mixing @ vectors
@@ -110,7 +110,7 @@ class Quadratic:
         apart = np.abs(exact[:, None] - others).min(axis=1, initial=np.inf)
         exact = exact[(apart < ACCURACY * np.abs(exact)) & (np.abs(exact) >= ZERO)]
         zero, vectors = np.abs(roots) < ZERO, vectors[: len(vectors) // 2].astype(complex)
-        # numbers of roots of the mixed matrix, whose vectors are good, and of exact ones, without mixing
+        # match roots of the mixed matrix, whose vectors are good, with the accurate ones without mixing
         known = np.where(np.isfinite(roots), roots, np.inf)
         apart = np.minimum(np.abs(known[:, None] - exact) / np.abs(exact), 1.0)
         mine, theirs = linear_sum_assignment(apart)
@@ -119,7 +119,7 @@ class Quadratic:
         for k, root in zip(mine, exact[theirs], strict=True):
             if abs(root) <= RING:
                 vectors[:, k] = self._refined(root, vectors[:, k])
-        # what mixing has lost among motions a thousand times as stiff: from vectors at random
+        # roots lost by mixing among motions a thousand times as stiff: start from random vectors
         lost = [root for root in np.delete(exact, theirs) if abs(root) <= RING]
         starts = np.random.default_rng(1).standard_normal((len(lost), len(vectors)))
         found = [(root, self._refined(root, start)) for root, start in zip(lost, starts, strict=True)]
@@ -128,7 +128,7 @@ class Quadratic:
         return np.concatenate([roots[zero], exact[theirs], [root for root, _ in found]]), vectors
 
     def _refined(self, root: complex, vector: Array) -> Array:
-        """Inverse iteration next to an eigenvalue."""
+        """Inverse iteration with a shift close to an eigenvalue."""
         K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
         with catch_warnings():
             simplefilter("error", LinAlgWarning)
@@ -205,7 +205,7 @@ class Quadratic:
         return np.array(roots), np.array(vectors).T
 
     def in_kernel(self, vectors: Array) -> Array:
-        """Inverse iteration with K: a double zero's vectors are as good as the root of the rounding, or worse."""
+        """Inverse iteration with K: the vectors of a double zero have an error of at least the root of rounding."""
         if not vectors.shape[1]:
             return vectors
         solve = _nearly(csc_matrix(vstack(self.comm.allgather(csr_matrix(self.K))))).solve
@@ -222,7 +222,7 @@ class Quadratic:
 
 
 def _nearly(K: Any) -> Any:
-    """LU of a matrix that may be singular, with hardly anything added to it."""
+    """LU factorisation of a possibly singular matrix, with a tiny regularisation."""
     for size in NEARLY:
         with contextlib.suppress(RuntimeError):  # "Factor is exactly singular"
             return splu((K + size * identity(K.shape[0])).astype(complex).tocsc())
@@ -234,8 +234,8 @@ def _nearly(K: Any) -> Any:
 def lowest_pairs(comm: Any, K: Any, E: Any, M: Any, count: int, restarts: int = RESTARTS) -> Pairs:
     """The `count` eigenvalues of smallest |lambda|, or all that are finite; K, E, M: this rank's rows.
 
-    Collective; the same on all ranks.  Of a pair of conjugates the one with Im > 0 stands for both.  Raises SolveError
-    if the solver fails, or for a pair whose residual is above RESIDUAL.  restarts: see `Quadratic`.
+    Collective; the same on all ranks.  A conjugate pair is represented by the root with Im > 0.  Raises SolveError if
+    the solver fails, or for a pair whose residual is above RESIDUAL.  restarts: see `Quadratic`.
     """
     problem = _about_the_lowest(comm, K, E, M, restarts)
     found = _rings(problem, (K, E, M), count) if problem.is_small(2 * count) else [_nearest(problem, count)]
@@ -243,14 +243,14 @@ def lowest_pairs(comm: Any, K: Any, E: Any, M: Any, count: int, restarts: int = 
     roots, vectors, residuals = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
     chosen = np.argsort(np.abs(roots), kind="stable")[:count]
     roots, vectors, residuals = roots[chosen], vectors[:, chosen], residuals[chosen]
-    zero = np.abs(roots) < ZERO * problem.speed  # mostly double, with vectors as good as the root of the rounding
+    zero = np.abs(roots) < ZERO * problem.speed  # mostly double, with vectors accurate to the root of rounding
     if residuals[~zero].max(initial=0.0) > RESIDUAL:
         raise SolveError(f"a mode was found with a residual of {residuals[~zero].max():.2g}, above {RESIDUAL:g}.")
     return Pairs(roots, vectors, residuals, zero, problem)
 
 
 def _about_the_lowest(comm: Any, K: Any, E: Any, M: Any, restarts: int) -> Quadratic:
-    """The problem with a shift of the size of the smallest eigenvalue that is not zero."""
+    """The problem with a shift of the order of the smallest nonzero eigenvalue."""
     speed = 1.0
     for _ in range(8):
         problem = Quadratic(comm, K, E, M, speed, restarts)
@@ -263,7 +263,7 @@ def _about_the_lowest(comm: Any, K: Any, E: Any, M: Any, restarts: int) -> Quadr
 
 
 def _nearest(problem: Quadratic, count: int) -> tuple[Quadratic, Array, Array]:
-    """(problem, roots, vectors), none left out: what is within a distance of -1 is within one less of 0."""
+    """(problem, roots, vectors) without gaps: roots complete in a radius R about -1 are so in R - 1 about 0."""
     wanted, limit = 2 * count + 8, problem.K.shape[1]
     while True:
         roots, vectors = _tried(problem, wanted)
@@ -274,7 +274,7 @@ def _nearest(problem: Quadratic, count: int) -> tuple[Quadratic, Array, Array]:
 
 
 def _tried(problem: Quadratic, count: int) -> tuple[Array, Array]:
-    """`pairs`, of a few more where LAPACK could not put the values in order, as those that are nearly one."""
+    """`pairs`, with a few more if LAPACK fails to order nearly equal values."""
     for more in range(0, 7 * TRIALS, 7):
         try:
             return problem.pairs(count + more)
@@ -285,7 +285,7 @@ def _tried(problem: Quadratic, count: int) -> tuple[Array, Array]:
 
 
 def _rings(problem: Quadratic, matrices: tuple[Any, Any, Any], count: int) -> list[tuple[Quadratic, Array, Array]]:
-    """[(problem, roots, vectors)] of rings about 0, each with a shift of its own: accurate in all of them."""
+    """[(problem, roots, vectors)] in rings about 0, each with its own shift, for accuracy in all of them."""
     found, inner = [], -1.0
     for _ in range(RINGS):
         roots, vectors = problem.pairs(2 * count)
@@ -300,7 +300,7 @@ def _rings(problem: Quadratic, matrices: tuple[Any, Any, Any], count: int) -> li
 
 
 def _equilibrated(comm: Any, A: Any, sweeps: int = 8) -> tuple[Array, Array]:
-    """Factors of rows and columns that bring the largest entry of each near 1 (Ruiz)."""
+    """Row and column scaling factors that bring the largest entry of each close to 1 (Ruiz)."""
     A = csr_matrix(A)
     rows, columns = np.ones(A.shape[0]), np.ones(A.shape[1])
     for _ in range(sweeps):

@@ -1,9 +1,9 @@
-"""Kernels of FFCx for several cells at once, a cell in each lane of the vector registers.
+"""Kernels of FFCx for several cells at once, one cell in each lane of the vector registers.
 
-FFCx writes kernels for one cell, of which compilers make hardly any but scalar instructions.  Their text says the same
-of several cells if `double` is a vector of GNU C; tables of basis functions stay numbers.  What has to be put in other
-words: initial values, choices, and the functions of <math.h>.  A kernel with anything else stays as it is; so does one
-whose numbers are others than those of the kernel for one cell, which is seen once, when it is compiled.
+FFCx generates kernels for one cell, which compilers turn into mostly scalar instructions.  The same text serves several
+cells if `double` is replaced by a GNU C vector; tables of basis functions remain scalars.  Only initial values,
+conditional expressions and the functions of <math.h> have to be rewritten.  A kernel with anything else is not
+converted; nor is one whose results differ from those of the single-cell kernel, checked once after compilation.
 """
 
 import ctypes
@@ -25,7 +25,7 @@ from . import c_code, compat, instructions
 FUNCTIONS = ["sqrt", "fabs", "exp", "log", "cos", "sin", "tan", "acos", "asin", "atan", "cosh", "sinh", "tanh", "erf"]
 FUNCTIONS += ["atan2", "pow", "jn", "fmin", "fmax"]
 
-#: x/y may be x times the reciprocal of y, and -0 is 0: results agree with those of single cells to rounding.
+#: Allows x/y as x times the reciprocal of y, and ignores -0: results agree with those of single cells to rounding.
 OPTIONS = ("-freciprocal-math", "-fno-signed-zeros", "-Wno-psabi", "-fno-sanitize=undefined")
 LIBRARIES = ("-lmvec", "-lm") if platform.machine() == "x86_64" else ("-lm",)
 ACCURACY = 1e-12  #: of a tensor, relative to its largest entry
@@ -34,7 +34,7 @@ _Function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 7)
 
 
 class Sizes(NamedTuple):
-    """Numbers of a cell that a kernel writes and reads."""
+    """Counts of numbers per cell that a kernel writes and reads."""
 
     tensor: int
     coefficients: int
@@ -43,10 +43,10 @@ class Sizes(NamedTuple):
 
 
 def several(kernel: int, sizes: Sizes) -> tuple[int, int] | None:
-    """Address of a function that does for several cells what the kernel at an address does for one, and their number.
+    """Address of a version for several cells of the kernel at an address, and their number.
 
-    It takes A, w, c and x of the kernel, each number as a vector, aligned as vectors are.  None where FFCx has not left
-    the text of the kernel, or it needs what is not known here, or gives other numbers on this machine.
+    It takes A, w, c and x of the kernel, each number as an aligned vector.  None if FFCx has not kept the text of the
+    kernel, or it cannot be converted, or its results differ on this machine.
     """
     file, name = build.place_of(kernel)
     text = Path(file).with_name(Path(file).name.split(".")[0] + ".c")
@@ -67,7 +67,7 @@ def _address(path):
 
 
 def _make(text, name, chosen, kernel, sizes, path):
-    """Compile a kernel for several cells to `path`; an empty file where that for one cell has to serve."""
+    """Compile a kernel for several cells to `path`; an empty file if the single-cell kernel must be used."""
     kernel_text = text_of(text.read_text(), name)
     with TemporaryDirectory(dir=path.parent) as folder:
         trial = Path(folder) / path.name
@@ -77,7 +77,7 @@ def _make(text, name, chosen, kernel, sizes, path):
             if not apart <= ACCURACY:
                 words = "%s for %d cells at once differs from that for one by %.1e on this machine and is not used."
                 logging.getLogger("dolfbuoy").warning(words, name, chosen.lanes, apart)
-                trial = Path(folder) / "none"  # another file: what was loaded must not shrink
+                trial = Path(folder) / "none"  # another file: a loaded one must not be truncated
         if not trial.exists():
             trial.touch()
         os.replace(trial, path)
@@ -95,7 +95,7 @@ def compile_kernel(path: Path, kernel_text: str, name: str, chosen: instructions
 
 
 def text_of(text: str, name: str) -> str:
-    """The function of a name in a C file, without comments."""
+    """Text of the function with this name in a C file, without comments."""
     text = re.sub(r"//.*", "", text)
     begin = text.index(f"void {name}(")
     body = text.index("{", begin) + 1
@@ -103,10 +103,10 @@ def text_of(text: str, name: str) -> str:
 
 
 def difference(function: int, lanes: int, kernel: int, sizes: Sizes) -> float:
-    """Largest difference of a function for several cells from the kernel for one, for random inputs: relative to the
-    largest entry of the tensor; inf if nothing can be compared.
+    """Largest difference of a function for several cells from the single-cell kernel, for random inputs: relative to
+    the largest entry of the tensor; inf if nothing can be compared.
 
-    Cells do not count whose numbers are not finite, or change by a part of `ACCURACY` with the last digits of inputs.
+    Cells are ignored if results are not finite or are too sensitive to the rounding of inputs for `ACCURACY`.
     """
     worst, rng = -np.inf, np.random.default_rng(1)
     for low, high in ((0.5, 1.5), (-1.0, 1.0), (0.1, 0.7), (-4.0, 4.0)):
@@ -123,13 +123,13 @@ def difference(function: int, lanes: int, kernel: int, sizes: Sizes) -> float:
 
 
 def _by_cells(kernel, size, inputs):
-    """A (numbers, cells) of the kernel for one cell."""
+    """A (numbers, cells) from the single-cell kernel."""
     cells = range(inputs[0].shape[1])
     return np.concatenate([_called(kernel, size, [array[:, [k]] for array in inputs]) for k in cells], axis=1)
 
 
 def _called(function, size, inputs):
-    """A (numbers, cells) of a kernel at an address, for w, c and x of as many cells as it takes."""
+    """A (numbers, cells) from a kernel at an address, for w, c and x of as many cells as it takes."""
     arrays = [c_code.aligned(size * inputs[0].shape[1]), *(c_code.aligned(array.size) for array in inputs)]
     for array, given in zip(arrays[1:], inputs, strict=True):
         array[:] = given.ravel()
@@ -139,14 +139,14 @@ def _called(function, size, inputs):
 
 
 def is_known(kernel: str) -> bool:
-    """True if a kernel's text has nothing but what `in_vectors` can put in other words."""
+    """True if `in_vectors` can convert everything in the text of a kernel."""
     body = kernel[kernel.index("{") :]
     called = set(re.findall(r"\b([A-Za-z_]\w*)\(", body)) - {"for"}
     return called <= set(FUNCTIONS) and not re.search(r"[!%^~]|->|\b(if|while|switch)\b", body)
 
 
 def in_vectors(kernel: str) -> str:
-    """The text of a kernel with vectors for numbers."""
+    """The text of a kernel, with numbers replaced by vectors."""
     kernel = re.sub(r"(?<!static const )\bdouble\b", "real", re.sub(r"\bbool\b", "choice", kernel))
     kernel = re.sub(rf"\b({'|'.join(FUNCTIONS)})\(", r"v_\1(", kernel).replace(" && ", " & ").replace(" || ", " | ")
     kernel = "\n".join(map(_with_picks, kernel.split("\n")))
@@ -154,7 +154,7 @@ def in_vectors(kernel: str) -> str:
 
 
 def _with_picks(line):
-    """Every `condition ? a : b` of a line as pick(condition, a, b)."""
+    """A line with every `condition ? a : b` replaced by pick(condition, a, b)."""
     while "?" in line:
         at = line.rindex("?")
         begin, end = at - _length(line[at - 1 :: -1], ")(", "="), at + 1 + _length(line[at + 1 :], "()", ";")
@@ -165,7 +165,7 @@ def _with_picks(line):
 
 
 def _length(text, brackets, end=""):
-    """Length of the beginning of a text up to one of `end`, or to a closing bracket that was not opened in it."""
+    """Length of a text up to a character of `end` outside brackets, or to an unmatched closing bracket."""
     depth = 0
     for n, letter in enumerate(text):
         if depth == 0 and (letter in end or letter == brackets[1]):

@@ -1,10 +1,10 @@
-"""Blocks and forms become one nonlinear system.
+"""Assembly of blocks and forms to one nonlinear system.
 
 A `Part` is a Function together with the place of its dofs among the unknowns of this rank; the same unknowns may
 appear as parts on two meshes (the mooring point and force, on the line and on the hull's axis).  Residual forms are
-added up by the part that they test; the Jacobian is their derivative with respect to every part on the same mesh.
+summed by the part of their test function; the Jacobian is their derivative with respect to every part on the same mesh.
 
-Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds meet in one norm.
+Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds share one norm.
 """
 
 from collections.abc import Callable, Iterable
@@ -27,14 +27,14 @@ from .vector_ops import Work, copies
 
 
 class System:
-    """Residual and Jacobian of a set of parts, in physical values and as PETSc sees them.
+    """Residual and Jacobian of a set of parts, in physical values and scaled for PETSc.
 
     parts: this rank's parts.  residuals: list of (part, linear form).  blocks: cover all local unknowns.  numbering:
-    a `Numbering`.  tolerance: of Newton's increments, relative to the typical sizes.  law: changes rows of residual and
-    matrix after they have been assembled (`tension_only.TensionOnly`), or None.  noted: linear forms for `functional`.
-    kind: the same for systems of the same forms on other meshes.
+    a `Numbering`.  tolerance: for Newton increments, relative to the typical sizes.  law: modifies rows of residual and
+    matrix after assembly (`tension_only.TensionOnly`), or None.  noted: linear forms for `functional`.  kind: equal for
+    systems of the same forms on other meshes.
 
-    `u` are the physical values of the local unknowns, and `hooks` what is called before every evaluation.
+    `u` are the physical values of the local unknowns, and `hooks` the functions called before every evaluation.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class System:
     ) -> None:
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
-        self.gamma: float | None = None  # of the scales
+        self.gamma: float | None = None  # that of the scales
         self._slopes: Array | None = None
         number = {id(part.function): k for k, part in enumerate(parts)}
         wanted: list[tuple[Any, ...]] = [(form, part) for part, form in residuals]
@@ -77,29 +77,29 @@ class System:
         self.scaled_unknowns = Scaled(self.u, numbering.visible, self.unknown_scales, ties)
         if numbering.ghosted is None:
             self.scaled_residual = Scaled(self._b, self.order, self.row_scales, ties)
-        else:  # scaled when all ranks have been added up
+        else:  # scaled after summation over all ranks
             self.scaled_residual = Scaled(self._b, numbering.visible, np.ones(len(numbering.visible)), ties)
-        self.A, index = numbering.matrix(), np.append(numbering.global_index, -1)  # -1: of what belongs to no unknown
-        # the spare entries: a diagonal even where the forms have none, for the factorisation
+        self.A, index = numbering.matrix(), np.append(numbering.global_index, -1)  # -1: no unknown
+        # the spare entries are a diagonal, required by the factorisation even if the forms have none
         preallocate(self.A, *(index[np.append(e, self.order)] for e in self.add_jacobians.entries))
         rows, columns = self.add_jacobians.entries
         of_ends = index < 0  # rows that hold reactions, and forces between lines that meet
         of_ends[numbering.tied] = of_ends[numbering.visible[numbering.tied_to]] = True
         found = np.flatnonzero((rows >= 0) & of_ends[rows] & (index[columns] >= 0))
-        #: Entries of the Jacobian in rows that forces at ends are read of: places in its tensors, rows and columns.
+        #: Entries of the Jacobian in rows from which end forces are read: places in its tensors, rows and columns.
         self.entries_of_ends = tuple(np.array(one, dtype=np.int32) for one in (found, rows[found], columns[found]))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
         set_values(self.A, self.add_jacobians.out)
         self.row_vector, self.unknown_vector = numbering.vector(), numbering.vector()
         if law is not None:
             law.attach(self)
-        #: What PETSc calls; its `numbers.assembled` counts assemblies of the matrix.
+        #: Functions called by PETSc; their `numbers.assembled` counts assemblies of the matrix.
         self.callbacks = Callbacks(self)
         self.set_scales(1.0)
 
     def _compilation(self, wanted: list[tuple[Any, ...]]) -> list[Callable[[], object]]:
-        """Steps that compile forms, each with its part or parts, and then their kernels; none on several ranks, whose
-        compiler is collective."""
+        """Steps that compile forms, each with its part or parts, and then their kernels; none on several ranks, where
+        compilation is collective."""
 
         def kernels(*one: Any) -> None:
             found = Contribution(*one)
@@ -111,7 +111,7 @@ class System:
         return [partial(step, *one) for step in (kernels, Contribution) for one in wanted]
 
     def set_scales(self, gamma: float) -> bool:
-        """Scale unknowns and rows for a step with d/dt ~ gamma; whether anything changed."""
+        """Scale unknowns and rows for a step with d/dt ~ gamma; returns whether anything changed."""
         if self.law is not None:
             self.law.set_scales(gamma)
         if self.gamma is not None and abs(gamma - self.gamma) <= 1e-9 * gamma:
@@ -133,18 +133,18 @@ class System:
 
     @cached_property
     def loads(self) -> Array:
-        """Loads on the rows of the local unknowns, with the sign of a residual: what it begins with, at first zeros.
+        """Loads added to the residual, with its sign, by local unknown: initially zero.
 
-        To be changed in place between solves; a System whose loads nobody looks at has none.
+        To be changed in place between solves; a System on which this is never called has none.
         """
         loads = aligned(self.size)
         self.add_residuals.described.begin = address(loads)
         return loads
 
     def slopes(self, rows: Array, columns: Array) -> tuple[Array, Array]:
-        """Numbers that the Jacobian begins with, as the residual with `loads`, at first zeros; to be changed in place.
+        """Numbers added to the Jacobian, like `loads` to the residual, initially zero; to be changed in place.
 
-        Returns all of them, and the places (rows, columns) there of these local unknowns, which some form must couple.
+        Returns all of them, and the places (rows, columns) there of these local unknowns, which a form must couple.
         """
         if self._slopes is None:
             self._slopes = aligned(len(self.add_jacobians.out))
@@ -168,26 +168,26 @@ class System:
         return int(self.numbering.unknowns)
 
     def numbers_of(self, thing: Any) -> Array | None:
-        """Values that the forms read of a Function or a Constant: a view, or None if they do not read it."""
+        """Values of a Function or Constant as read by the forms: a view, or None if not read."""
         return self._values.of(thing)
 
     def filled_by_hook(self, *functions: Any) -> None:
-        """Coefficients whose values a hook writes to `numbers_of` them, and keeps between evaluations.
+        """Declare coefficients whose values a hook writes to `numbers_of` them.
 
-        To be called before a Newton's method of this System is made.
+        To be called before a Newton is created for this System.
         """
         self._values.leave(functions)
 
     def functional(self, forms: Iterable[tuple[Any, Part]]) -> Loop:
-        """A Loop for linear forms that read what residuals do, or were `noted`: [(form, Part of its numbers), ...]."""
+        """A Loop for linear forms with the data of residuals, or that were `noted`: [(form, Part of results), ...]."""
         found = [Contribution(form, test) for form, test in forms]
         return Loop(found, self._values, self.shared, sum(c.row.size for c in found))
 
     def rows_of_jacobian(self, rows: Array) -> Callable[[], Any]:
-        """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
+        """A function that returns rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
 
-        csr_matrix (rows, free unknowns of all ranks) [physical], of what this rank assembles; those of tied unknowns
-        are not added up.
+        csr_matrix (rows, free unknowns of all ranks) [physical], as assembled by this rank; rows of tied unknowns are
+        not summed.
         """
         from scipy.sparse import csr_matrix
 
@@ -205,13 +205,13 @@ class System:
 
     @property
     def read_given(self) -> Work:
-        """Read coefficients and constants again."""
+        """Function that re-reads coefficients and constants."""
         return self._values.read_given
 
     def evaluate(self) -> Array:
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].
 
-        The Functions' values are those of `u` from then on.
+        The values of the Functions are then also those of `u`.
         """
         self._read_functions()
         b = self.add_residuals()
@@ -220,7 +220,7 @@ class System:
         return b
 
     def assemble_jacobian(self) -> None:
-        """The Jacobian at the present Functions, unscaled, in `A`; their values are those of `u` from then on."""
+        """Assemble the unscaled Jacobian at the present Functions in `A`; their values are then also those of `u`."""
         self._read_functions()
         set_values(self.A, self.add_jacobians())
         self.callbacks.numbers.assembled += 1
@@ -229,7 +229,7 @@ class System:
 
     @property
     def last_residual(self) -> Array:
-        """Local residual of the latest evaluation, which after Newton's solve is the one at the solution [physical]."""
+        """Local residual of the latest evaluation; after a Newton solve, that at the solution [physical]."""
         return self._b
 
     def _read_functions(self) -> None:
@@ -239,7 +239,7 @@ class System:
     # -- as PETSc sees it ---------------------------------------------------------------------------------------------
 
     def share(self) -> None:
-        """Give every unknown in `u` that another one stands for, here or on another rank, the value of that one."""
+        """Copy to every tied or ghost unknown in `u` the value of the unknown that represents it."""
         x = self.numbering.vector()
         x.setArray(self.u[self.order] / self.unknown_scales[: len(self.order)])
         self.callbacks.read(x)
@@ -257,7 +257,7 @@ class System:
         return {name: self.comm.allreduce(value, op=MPI.MAX) for name, value in largest.items()}
 
     def destroy(self) -> None:
-        """Give PETSc's objects back (sweeps make many systems)."""
+        """Free PETSc objects (sweeps create many systems)."""
         for item in (self.A, self.row_vector, self.unknown_vector, self.numbering):
             item.destroy()
         if self.law is not None:

@@ -1,16 +1,16 @@
-"""A rope cannot push: the tension-only law as a complementarity of the discrete tension.
+"""The tension-only law (a rope cannot push) as a complementarity of the discrete tension.
 
-With g_i the row of the strain equation (11)_2 that belongs to the dof T_i of the tension,
+With g_i the row of the strain equation (11)_2 for the dof T_i of the tension,
 
     0 <= T_i   perpendicular to   -g_i >= 0,
 
-so that an element has the length of its tension, or is slack: shorter, and without tension.  Written as one equation,
+so an element has the length given by its tension, or is slack: shorter, and without tension.  As one equation,
 
     max(g_i, -c_i T_i) = 0,   c_i > 0,
 
-and solved by Newton with the generalised derivative of the maximum, an active-set method: a row is that of the
+this is solved by Newton with the generalised derivative of the maximum, an active-set method: a row is that of the
 two-sided law where g_i > -c_i T_i, and T_i = 0 elsewhere.  The solution does not depend on c_i.  T_h is nonnegative
-wherever the basis of the tension is, that is everywhere for tension degrees 0 and 1; for higher degrees at its nodes.
+wherever the basis of the tension is: everywhere for tension degrees 0 and 1, at the nodes for higher degrees.
 """
 
 from dataclasses import dataclass
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OneSidedRows:
-    """Local rows of the tension that this rank owns, and sizes of each.
+    """Local rows of the tension owned by this rank, with typical sizes.
 
-    weights: about the integral of a basis function [m].  inertia: mass per length times the square of an element's
-    size [kg m], or None at rest.  compliance: 1/EA [1/N].  rest: strain per tension at rest [1/N].
+    weights: approximate integral of a basis function [m].  inertia: mass per length times the square of the element
+    size [kg m], or None in statics.  compliance: 1/EA [1/N].  rest: strain per tension in statics [1/N].
     """
 
     rows: Array
@@ -42,17 +42,17 @@ class OneSidedRows:
 
 
 class TensionOnly:
-    """The law of a System whose rows of the tension are one-sided."""
+    """The law of a System with one-sided tension rows."""
 
     def __init__(self, rows: OneSidedRows) -> None:
         self._of, self.rows = rows, rows.rows.astype(PETSc.IntType)
         count = len(self.rows)
-        self.slack = np.zeros(count, dtype=bool)  #: which rows hold T = 0 at the latest evaluation
-        self.slack_before = np.zeros(count, dtype=bool)  #: ... and did in the latest matrix
+        self.slack = np.zeros(count, dtype=bool)  #: rows with T = 0 at the latest evaluation
+        self.slack_before = np.zeros(count, dtype=bool)  #: rows with T = 0 in the latest matrix
         self.c = np.zeros(count)
 
     def attach(self, system: "System") -> None:
-        """Be the law of this System."""
+        """Attach the law to a System."""
         system.A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
         self._diagonal, ffi = system.numbering.vector(), core().ffi
         place = np.empty(system.size, dtype=np.int64)
@@ -67,26 +67,26 @@ class TensionOnly:
         self.described = ffi.new("one_sided *", {**found, "count": len(self.rows), "diagonal": diagonal})
 
     def resize(self, rows: OneSidedRows) -> None:
-        """Other sizes of the same rows."""
+        """Set other typical sizes for the same rows."""
         self._of = rows
 
     def set_scales(self, gamma: float) -> None:
-        """c_i is the strain that a unit of tension causes: elastic, and by the motion of a step of size 1/gamma.
+        """Set c_i to the strain caused by unit tension, elastic and by motion during a step of size 1/gamma.
 
-        Then g_i > -c_i T_i tests the tension of the coming iterate rather than the present strain.
+        Then g_i > -c_i T_i tests the tension of the next iterate rather than the present strain.
         """
         of = self._of
         strain = of.rest if of.inertia is None else of.compliance + 2 / (of.inertia * gamma**2)
         self.c[:] = of.weights * strain
 
     def change_residual(self, b: Array) -> None:
-        """Rows of the tension become those of the maximum."""
+        """Replace tension rows by those of the maximum."""
         core().lib.change_residual(self.described, address(b))
 
     def change_matrix(self, A: PETSc.Mat) -> None:
-        """Slack rows become -c_i."""
+        """Replace slack rows by -c_i on the diagonal."""
         check(core().lib.change_matrix(self.described, core().ffi.cast("Mat", A.handle)))
 
     def destroy(self) -> None:
-        """Give PETSc's objects back."""
+        """Free PETSc objects."""
         self._diagonal.destroy()

@@ -1,4 +1,4 @@
-"""Unknowns as parts and blocks, and compiled forms that add to their residual and matrix."""
+"""Unknowns as parts and blocks, and compiled forms that contribute to residual and matrix."""
 
 from collections import namedtuple
 from collections.abc import Iterable
@@ -36,9 +36,9 @@ class Part:
 class Block:
     """Unknowns of one kind, for scaling and for messages.
 
-    `unknown` is their typical size; a residual row counts as `rest + moving * gamma**order`, gamma = 1/dt-like.
-    Rounding in the positions reaches these unknowns as `rounding * gamma**2` or `of_shape` times the machine's epsilon:
-    forces are second derivatives of positions in time here, moments along the line.
+    `unknown` is their typical size; that of a residual row is `rest + moving * gamma**order`, with gamma ~ 1/dt.
+    Rounding errors of the positions appear in these unknowns as `rounding * gamma**2` or `of_shape` times the machine
+    epsilon: forces are second derivatives of positions in time, moments along the line.
     """
 
     name: str
@@ -52,22 +52,22 @@ class Block:
     unit: str = ""  # of the unknown
 
     def unknown_size(self, gamma: float, tolerance: float) -> float:
-        """Typical size, enlarged so that `tolerance` times it is not below the rounding noise."""
+        """Typical size, enlarged so that `tolerance` times it is not below rounding errors."""
         noise = 100 * float(np.finfo(float).eps) * self.rounding * gamma**2
         return max(self.unknown, noise / tolerance, 100 * float(np.finfo(float).eps) * self.of_shape / tolerance)
 
 
 class Values:
-    """Values of the unknowns of this rank and, after them, of all else that the forms read: one array.
+    """One array with the unknowns of this rank, followed by all other data read by the forms.
 
-    parts: the unknowns.  forms: UFL forms, whose coefficients and constants get a place each.  Place 0 holds a zero:
-    not every integral reads every coefficient.
+    parts: the unknowns.  forms: UFL forms, each of whose coefficients and constants gets a place.  Place 0 holds a zero
+    for coefficients that an integral does not read.
     """
 
     def __init__(self, parts: list[Part], forms: Any) -> None:
         self._places: dict[int, slice] = {}
         unknown, end = [], 1
-        self._given: dict[int, tuple[slice, Array]] = {}  # place and values of what the forms read besides, by identity
+        self._given: dict[int, tuple[slice, Array]] = {}  # place and values of other data of the forms, by identity
         for part in parts:
             self._places[id(part.function)] = slice(1 + part.offset, 1 + part.slice.stop)
             unknown.append((self._places[id(part.function)], part.values))
@@ -88,7 +88,7 @@ class Values:
 
     @property
     def read_given(self) -> Work:
-        """Read coefficients and constants again: time, step and the phase of the wave are among them."""
+        """Function that re-reads coefficients and constants, such as time, step and wave phase."""
         if self._read_given is None:
             self._read_given = self._reader(self._given.values())
         return self._read_given
@@ -97,13 +97,13 @@ class Values:
         return copies([(self.array[place], values) for place, values in pieces])
 
     def leave(self, things: Any) -> None:
-        """Read these no longer: a hook fills them in."""
+        """Stop reading these, because a hook fills them."""
         for thing in things:
             self._given.pop(id(thing), None)
         self._read_given = None
 
     def of(self, thing: Any) -> Array | None:
-        """The values of a Function or Constant, a view; None for what no form reads."""
+        """The values of a Function or Constant, a view; None if no form reads it."""
         place = self._places.get(id(thing))
         return None if place is None else self.array[place]
 
@@ -137,9 +137,9 @@ def array_of(thing: Any) -> Array:
 
 
 class Contribution:
-    """One compiled form and where it adds to the local residual or to the matrix.
+    """One compiled form and its place in the local residual or matrix.
 
-    The methods are dolfinx's way to evaluate it; a System does all its forms in a loop of its own (loops.Loop).
+    The methods evaluate it with dolfinx; a System evaluates all its forms in its own loop (loops.Loop).
     """
 
     def __init__(self, form: Any, row: Any, column: Any = None) -> None:
@@ -169,7 +169,7 @@ class Fields:
         ends = np.cumsum(list(sizes.values())).tolist()
         self.names, self.size = tuple(sizes), ends[-1]
         self.slices = {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
-        make: Any = namedtuple  # of names that are known here only
+        make: Any = namedtuple  # with names unknown to type checkers
         self._tuple = make("State", self.names)
 
     def of(self, array: Array) -> Any:
@@ -177,12 +177,12 @@ class Fields:
         return self._tuple(*[array[..., place] for place in self.slices.values()])
 
     def split(self, vector: Any) -> Any:
-        """UFL vectors by name, of a UFL vector with `size` components."""
+        """UFL vectors by name, from a UFL vector with `size` components."""
         components = [vector[i] for i in range(self.size)]
         return self._tuple(*(ufl.as_vector(components[place]) for place in self.slices.values()))
 
     def mask(self, *names: str) -> Array:
-        """Which components belong to these names, a bool array (size,)."""
+        """Mask of the components of these names, a bool array (size,)."""
         found = np.zeros(self.size, dtype=bool)
         for name in names:
             found[self.slices[name]] = True

@@ -1,6 +1,6 @@
-"""Operations of a time step on arrays, in C: extrapolation, copies, numbers picked out, ranges widened.
+"""Array operations of a time step, in C: extrapolation, copies, selected numbers, ranges.
 
-To the last bit what NumPy does (`tests/support/in_numpy.py`).  Arrays stay where they are.
+Identical to NumPy to the last bit (`tests/support/in_numpy.py`).  Arrays must stay at their addresses.
 """
 
 import itertools
@@ -15,9 +15,9 @@ from .c_code import address, core
 
 
 class Work(partial[Any]):
-    """A function of the core that takes its context only: arrays that stay where they are.  See `together`.
+    """A function of the core whose only argument is its context, with arrays at fixed addresses.  See `together`.
 
-    name: of the function.  context: struct of C.  alive: what the context points to.
+    name: that of the function.  context: C struct.  alive: objects the context points to.
     """
 
     name: str
@@ -31,12 +31,12 @@ class Work(partial[Any]):
 
 
 def work(name: str, kind: str, fields: dict[str, Any], alive: object = ()) -> Work:
-    """A `Work` whose context is a struct of this kind with these fields, of which arrays are given as they are."""
+    """A `Work` whose context is a struct of this kind with these fields; arrays are passed by address."""
     return Work(name, core().ffi.new(f"{kind} *", _in_c(fields)), (fields, alive))
 
 
 def _in_c(value: Any) -> Any:
-    """A field of a struct: the address of an array, the same of the fields of a struct in it."""
+    """C value of a struct field: the address for an array, recursively for a nested struct."""
     if isinstance(value, dict):
         return {key: _in_c(one) for key, one in value.items()}
     return address(value) if isinstance(value, np.ndarray) else value
@@ -47,7 +47,7 @@ def _described(kind: str, count: int) -> Any:
 
 
 def together(*functions: Callable[[], Any]) -> Callable[[], Any]:
-    """One function that calls these, without Python between those that are `Work`; True if any returned True."""
+    """One function that calls these, without Python between consecutive `Work`; True if any returned True."""
     parts: list[Any] = []
     for in_c, group in itertools.groupby(functions, lambda function: isinstance(function, Work)):
         run: list[Any] = list(group)
@@ -66,7 +66,7 @@ def together(*functions: Callable[[], Any]) -> Callable[[], Any]:
 
 
 def in_a_row(works: Sequence[Work]) -> Work:
-    """`together` of what C does alone."""
+    """`together` for `Work` only."""
     described = _described("work", len(works))
     for one, part in zip(described, works, strict=False):
         one.call, one.context = core().ffi.addressof(core().lib, part.name), part.context
@@ -74,7 +74,7 @@ def in_a_row(works: Sequence[Work]) -> Work:
 
 
 def copies(pairs: Sequence[tuple[Array, Array]]) -> Work:
-    """A function that copies arrays, one after the other; pairs: [(to, from), ...], each of one length."""
+    """A function that copies arrays in order; pairs: [(to, from), ...] of equal length each."""
     described = _described("copy", len(pairs))
     for one, (to, origin) in zip(described, pairs, strict=False):
         one.to, one.n = address(to), len(origin)
@@ -83,9 +83,9 @@ def copies(pairs: Sequence[tuple[Array, Array]]) -> Work:
 
 
 def extrapolation(times: Array, rows: Sequence[Array], t: Array, out: Array) -> Work:
-    """A function that puts into `out` the value at t[0] of the polynomial through rows at their times [Lagrange].
+    """A function that writes to `out` the value at t[0] of the Lagrange polynomial through rows at their times.
 
-    times, rows: arrays of as many.  t: array of the time (1,).
+    times, rows: of equal number.  t: array (1,) with the time.
     """
     places = core().ffi.new("double *[]", [address(row) for row in rows])
     fields = {"times": times, "rows": places, "count": len(times), "t": t, "weights": np.ones(len(times))}
@@ -93,16 +93,16 @@ def extrapolation(times: Array, rows: Sequence[Array], t: Array, out: Array) -> 
 
 
 def combination(out: Array, rows: Sequence[Array], weights: Array) -> Work:
-    """A function that puts the sum of weight x row into `out`, which may be a row; weights (rows,) may be changed."""
+    """A function that writes the sum of weight x row to `out`, which may be a row; weights (rows,) may be changed."""
     places = core().ffi.new("double *[]", [address(row) for row in rows])
     fields = {"rows": places, "count": len(rows), "weights": weights, "out": out, "n": len(out)}
     return work("combine", "polynomial", fields, rows)
 
 
 def picked(entries: Sequence[tuple[Array, int, float]], out: Array) -> Work:
-    """A function that picks numbers out of arrays: out[k] = factor * array[place].
+    """A function that selects numbers from arrays: out[k] = factor * array[place].
 
-    entries: [(array, place, factor), ...], as many as `out` has numbers.
+    entries: [(array, place, factor), ...], one for each number of `out`.
     """
     described = _described("entry", len(entries))
     for one, (array, place, factor) in zip(described, entries, strict=False):
@@ -112,21 +112,21 @@ def picked(entries: Sequence[tuple[Array, int, float]], out: Array) -> Work:
 
 
 def widening(values: Array, least: Array, largest: Array) -> Work:
-    """A function that keeps the least and the largest of what the values have been, in arrays of as many."""
+    """A function that updates running minima and maxima of the values, in arrays of the same size."""
     fields = {"values": values, "least": least, "largest": largest, "n": len(values)}
     return work("widen", "range", fields)
 
 
 def lengths(values: Array, places: Any, out: Array) -> Work:
-    """A function that puts the lengths of vectors into `out`; places (n, 3) of their components among the values."""
+    """A function that writes the lengths of vectors to `out`; places (n, 3): of their components in the values."""
     places = np.array(places, dtype=np.int32)
     return work("find_lengths", "vectors", {"values": values, "places": places, "out": out, "n": len(out)})
 
 
 def traced(function: Callable[[], Any], arrays: Sequence[Array]) -> list[tuple[Array, int, float]]:
-    """Entries for `picked` of what a function returns, which copies numbers of these arrays, perhaps with another sign.
+    """Entries for `picked` that reproduce a function returning numbers of these arrays, possibly with opposite sign.
 
-    Found by calling it with their places in them.  Numbers that come from elsewhere are taken as they are, for good.
+    Found by calling it with the arrays filled with their indices.  All other numbers are treated as constants.
     """
     ends = np.cumsum([1, *map(len, arrays)])
     kept, found = [array.copy() for array in arrays], []
@@ -152,7 +152,7 @@ def _entry(number: float, change: float, arrays: Sequence[Array], ends: Array) -
 
 
 def smallest(values: Array, groups: Sequence[Array], bound: float, out: Array) -> Work:
-    """A function that puts the smallest of the values at the places of each group into `out`, the bound at most."""
+    """A function that writes to `out` the smallest value at the places of each group, at most `bound`."""
     places = np.concatenate([np.zeros(0, np.int32), *(np.ravel(group) for group in groups)]).astype(np.int32)
     firsts = np.cumsum([0, *map(np.size, groups)]).astype(np.int32)
     fields = {"values": values, "places": places, "firsts": firsts, "groups": len(groups)}
