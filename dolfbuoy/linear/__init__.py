@@ -1,5 +1,5 @@
 """Small motions about an equilibrium."""
 
-#: Strips of a hull of radius R are 20 to 100 % wrong in waves whose k R is more than this (measured against potential
+#: Value of k R above which strips of a hull of radius R have errors of 20 to 100 % in waves (measured against potential
 #: flow).
 LARGEST_KR = 0.6

@@ -1,14 +1,14 @@
-"""Drag in waves that are not small, linearised: its slope, averaged over the velocities that the waves bring.
+"""Linearised drag in waves of finite height: its derivative, averaged over the velocities in the waves.
 
-|v| v has no slope at rest.  In a Gaussian sea the best linear law is B_ij = E[d(|v| v_i)/dv_j] of the relative velocity
-with its mean, the current (Borgman; Atalik and Utku).  The forms know d/dv exactly: so B is the mean of the exact K and
-E over samples of the velocity, for every term with a velocity in it, and no law of drag is written again.
+|v| v has zero derivative at rest.  In a Gaussian sea the best linear law is B_ij = E[d(|v| v_i)/dv_j] for the relative
+velocity with its mean, the current (Borgman; Atalik and Utku).  The forms provide d/dv exactly: B is the mean of the
+exact K and E over samples of the velocity, for every term that depends on velocity; no drag law is implemented again.
 
-- Every node of a line has samples of its own covariance, and the same random numbers.
-- A hull has samples of its six velocities relative to the water, which across its wet axis is taken for a rigid motion
-  (least squares) and along it for its mean over the wet faces.
-- In regular waves the samples are phases of the one motion.  There the least-squares law is 2/3 of the mean slope, for
-  every ellipse of velocities without a mean (|v| v is homogeneous of degree 2); so amplitudes are counted 2/3.
+- Every node of a line has samples from its own covariance, with common random numbers.
+- A hull has samples of its six velocities relative to the water, whose motion is approximated by a rigid one across the
+  wet axis (least squares), and by its mean over the wet faces along the axis.
+- In regular waves the samples are phases of the motion.  There the least-squares law is 2/3 of the mean derivative, for
+  every velocity ellipse without a mean (|v| v is homogeneous of degree 2); so amplitudes are multiplied by 2/3.
 """
 
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ from ..model.rigid import rotation_of
 from .layout import Body, nodes_of
 from .linearisation import Linearisation, WithReactions
 
-#: Amplitude of phases whose mean slope is the least-squares slope of a cycle.
+#: Amplitude factor with which the mean derivative is the least-squares one of a cycle.
 CYCLE = 2 / 3
 #: Phases of a cycle; pairs of opposite samples of a Gaussian velocity.
 PHASES, PAIRS = 16, 64
@@ -32,9 +32,9 @@ PHASES, PAIRS = 16, 64
 
 @dataclass
 class Sea:
-    """Complex amplitudes of the velocity of the water for one frequency, per metre.
+    """Complex amplitudes of the water velocity at one frequency, per metre.
 
-    at_nodes: one array (n, 3) for each line.  on_hulls: (6,) for each body, of C and about it.
+    at_nodes: one array (n, 3) for each line.  on_hulls: (6,) for each body, velocity of C and angular velocity.
     """
 
     at_nodes: list[NDArray[Any]]
@@ -42,26 +42,26 @@ class Sea:
 
 
 class Velocities:
-    """Place of velocities in the linearised equations."""
+    """Conversion between velocities and the unknowns of the linearised equations."""
 
     def __init__(self, found: Linearisation):
         self.found = found
         self._axes = [_WetAxis(body, found.problem.buoys[body.name]) for body in found.bodies]
 
     def of_water(self, velocity: Callable[..., Any]) -> Sea:
-        """Velocities of the water, a function of points (n, 3)."""
+        """Sea for a water velocity given as a function of points (n, 3)."""
         at_nodes = [velocity(line.positions) for line in self.found.lines]
         return Sea(at_nodes, [axis.fit @ velocity(axis.points).ravel() for axis in self._axes])
 
     def relative(self, X: NDArray[Any], omega: float, water: Sea) -> Sea:
-        """Relative velocities of what moves with Re[X exp(-i omega t)]: its own less the water's."""
+        """Velocities relative to the water, for a motion Re[X exp(-i omega t)]."""
         found = self.found
         at_nodes = [-1j * omega * line.moved(X) - u for line, u in zip(found.lines, water.at_nodes, strict=True)]
         on_hulls = [-1j * omega * body.motion(X) - u for body, u in zip(found.bodies, water.on_hulls, strict=True)]
         return Sea(at_nodes, on_hulls)
 
     def as_rates(self, velocity: Sea) -> tuple[NDArray[Any], NDArray[Any]]:
-        """(rates of the lines' unknowns, state of the buoys) with these velocities, each of the local unknowns."""
+        """(rates of the lines' unknowns, state of the buoys) with these velocities, both by local unknown."""
         problem = self.found.problem
         kind = np.result_type(*velocity.at_nodes, *velocity.on_hulls, float)
         rates, state = (np.zeros(problem.system.size, kind) for _ in range(2))
@@ -74,7 +74,7 @@ class Velocities:
         return rates, state
 
     def _tie(self, rates: NDArray[Any]) -> None:
-        """At joints one of the unknowns that are one has been given its rate, which is that of all."""
+        """Copy the rate of one of the tied unknowns at a joint to the others."""
         index, given = self.found.problem.system.numbering.global_index, np.zeros(len(rates), dtype=bool)
         for dofs in self._nodes:
             given[dofs] = index[dofs] >= 0
@@ -89,9 +89,9 @@ class Velocities:
 
 
 class _WetAxis:
-    """Points on the wet axis of a body, and what makes its six velocities of those of the water there (6, 3 points).
+    """Points on the wet axis of a body, and the matrix (6, 3 points) from water velocities there to six velocities.
 
-    Across the axis: the rigid motion that is nearest (least squares).  Along it: the mean over the wet faces.
+    Across the axis: least-squares fit of a rigid motion.  Along it: the mean over the wet faces.
     """
 
     def __init__(self, body: Body, buoy: Any):
@@ -114,7 +114,7 @@ class _WetAxis:
 
 
 def _faces(shape: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Heights and areas of what a hull turns along its axis: its ends, steps and cones."""
+    """Heights and areas of the faces of a hull normal to its axis: ends, steps and cones."""
     z, R = np.array(shape.stations, dtype=float).T
     squares = (R / 2) ** 2
     heights = np.concatenate([z[:1], (z[1:] + z[:-1]) / 2, z[-1:]])
@@ -122,24 +122,24 @@ def _faces(shape: Any) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def _crossing(v: NDArray[Any]) -> NDArray[Any]:
-    """Matrix of v x."""
+    """Matrix of the cross product v x."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
 class LinearDrag:
-    """Parts that waves add to K and E, and so to the forces of the waves.  equations: those, with rows of reactions."""
+    """Additions to K and E due to drag in waves, and to the wave forces; equations: those with rows of reactions."""
 
     def __init__(self, velocities: Velocities, equations: WithReactions):
         self.velocities, self.found, self.equations = velocities, velocities.found, equations
         self.forget()
 
     def forget(self) -> None:
-        """As in small waves."""
+        """Reset to small waves."""
         self.dK = self.dE = csr_matrix(self.equations.K.shape)
         self._sums: tuple[Any, Any] | None = None
 
     def in_cycle(self, relative: Sea, amplitude: float, share: float = 1.0) -> None:
-        """Average in regular waves, from the relative velocities per metre.  share: of the new drag, the rest stays."""
+        """Average in regular waves, from the relative velocities per metre; share: relaxation factor of the update."""
         phases = CYCLE * amplitude * np.exp(-2j * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
         samples = (
             Sea([(v * z).real for v in relative.at_nodes], [(v * z).real for v in relative.on_hulls]) for z in phases
@@ -147,7 +147,7 @@ class LinearDrag:
         self._average(samples, share)
 
     def in_sea(self, relatives: list[Sea], energies: NDArray[Any] | list[float], share: float = 1.0) -> None:
-        """Average in a Gaussian sea; energies: S dw [m^2] of the velocities' frequencies.  share: see above."""
+        """Average in a Gaussian sea; energies: S dw [m^2] at the velocities' frequencies.  share: see `in_cycle`."""
         nodes = [_roots(np.array(v), energies) for v in zip(*(r.at_nodes for r in relatives), strict=True)]
         hulls = [_roots(np.array(v), energies) for v in zip(*(r.on_hulls for r in relatives), strict=True)]
         samples = (
@@ -159,7 +159,7 @@ class LinearDrag:
 
     @cached_property
     def _normal(self) -> Any:
-        """Nine normal numbers, PAIRS times: evenly spread, with the variance 1."""
+        """Nine quasi-random normal numbers, PAIRS times, with variance 1."""
         from scipy.stats import norm, qmc  # 0.2 s of every start
 
         numbers = norm.ppf(qmc.Sobol(9, scramble=True, seed=0).random(PAIRS))
@@ -184,26 +184,26 @@ class LinearDrag:
 
     @cached_property
     def _momenta(self) -> Any:
-        """Keeps the columns in which velocities of the buoys stand: what else waves change in K is no damping."""
+        """Projector on the columns of buoy velocities: other changes of K by waves are not damping."""
         kept = np.zeros(self.equations.size)
         for body in self.found.bodies:
             kept[[*body.at.momentum, *body.at.angular_momentum]] = 1.0
         return diags(kept)
 
     def matrices(self) -> tuple[Any, Any]:
-        """K and E with it."""
+        """K and E including the linearised drag."""
         if self._sums is None:
             self._sums = self.equations.K + self.dK, self.equations.E + self.dE
         return self._sums
 
     def force(self, water: Sea) -> NDArray[Any]:
-        """Part of the drag in the slope of the residual in the amplitude."""
+        """Contribution of drag to the derivative of the residual with respect to the wave amplitude."""
         rates, state = (values[self.found.problem.system.order] for values in self.velocities.as_rates(water))
         return np.asarray(-(self.dE @ rates + self.dK @ state))
 
 
 def _roots(velocities: NDArray[Any], energies: NDArray[Any] | list[float]) -> Any:
-    """Symmetric roots (..., d, d) of the covariances of complex velocities (frequencies, ..., d)."""
+    """Symmetric square roots (..., d, d) of the covariances of complex velocities (frequencies, ..., d)."""
     covariance = np.einsum("n,n...i,n...j->...ij", energies, velocities, velocities.conj()).real
     values, vectors = np.linalg.eigh(covariance)
     return (vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]) @ np.swapaxes(vectors, -1, -2)

@@ -28,11 +28,11 @@ class Body(NamedTuple):
 
     @property
     def arms(self) -> NDArray[Any]:
-        """(6,): 1, and of turns one over the radius of gyration [1/m]."""
+        """(6,): 1 for displacements, 1/radius of gyration [1/m] for rotations."""
         return np.array([1.0] * 3 + [np.sqrt(self.mass / np.trace(self.inertia))] * 3)
 
     def scaled(self, block: NDArray[Any]) -> NDArray[Any]:
-        """Symmetric part (6, 6) of a stiffness [N/m], turns at the radius of gyration."""
+        """Symmetric part (6, 6) of a stiffness [N/m], with rotations measured at the radius of gyration."""
         return np.asarray((self.arms[:, None] * (block + block.T) * self.arms) / 2)
 
     def motion(self, x: NDArray[Any]) -> NDArray[Any]:
@@ -40,7 +40,7 @@ class Body(NamedTuple):
         return np.concatenate([x[self.at.position], 4 * half_turns(self.orientation).T @ x[self.at.orientation]])
 
     def poses(self) -> NDArray[Any]:
-        """Columns (13, 6): changes of the state by the six motions of C and about it, momenta of speeds as large."""
+        """Columns (13, 6): changes of the state for unit motions in six degrees of freedom, momenta for unit speeds."""
         columns = np.zeros((13, 6))
         columns[MOTION.slices["position"], :3] = np.eye(3)
         columns[MOTION.slices["momentum"], :3] = self.mass * np.eye(3)
@@ -50,8 +50,8 @@ class Body(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """A line's end on a buoy: the buoy's name, number of the cable, whether it is its upper end; lever from C [m] and
-    force T_O [N] at rest, places of T_O."""
+    """A line's end on a buoy: the buoy's name, number of the cable, whether it is the upper end; lever from C [m] and
+    force T_O [N] in equilibrium, places of T_O."""
 
     body: str
     cable: int
@@ -62,7 +62,7 @@ class Hold(NamedTuple):
 
 
 class LineNodes(NamedTuple):
-    """Nodes of a line in order: arc length [m], positions (n, 3) at rest [m], their places (n, 3), -1 where held."""
+    """Nodes of a line in order: arc length [m], positions (n, 3) at rest [m], their places (n, 3), -1 if fixed."""
 
     name: str
     s: NDArray[Any]
@@ -75,7 +75,7 @@ class LineNodes(NamedTuple):
 
     @property
     def tangents(self) -> NDArray[Any]:
-        """Unit vectors (n - 1, 3) of the pieces between the nodes; upwards where two nodes are one."""
+        """Unit vectors (n - 1, 3) between consecutive nodes; upwards if two nodes coincide."""
         return _units(np.diff(self.positions, axis=0), [0.0, 0.0, 1.0])
 
     @property
@@ -86,9 +86,9 @@ class LineNodes(NamedTuple):
         return chord / length if length > 1e-3 * self.s[-1] else None
 
     def directions(self, ahead: NDArray[Any]) -> NDArray[Any]:
-        """Unit vectors (3, n, 3) at the nodes: along the line, across it in its vertical plane, and out of that.
+        """Unit vectors (3, n, 3) at the nodes: along the line, normal to it in its vertical plane, and out of plane.
 
-        ahead: of that plane, where the line is vertical.
+        ahead: horizontal direction of that plane if the line is vertical.
         """
         pieces, ahead = self.tangents, ahead if self.heading is None else self.heading
         before = np.concatenate([pieces[:1], pieces])
@@ -99,19 +99,19 @@ class LineNodes(NamedTuple):
 
 
 def _units(vectors: NDArray[Any], otherwise: NDArray[Any] | list[float]) -> NDArray[Any]:
-    """Vectors (n, 3) with a length of 1, others in place of those that have none."""
+    """Normalised vectors (n, 3), with `otherwise` in place of zero vectors."""
     sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(sizes > 1e-9, vectors / np.maximum(sizes, 1e-9), otherwise)
 
 
 def half_turns(q4: NDArray[Any]) -> NDArray[Any]:
-    """Columns (4, 3): change of a unit quaternion by a small turn about each axis of the world, 1/2 (0, e_i) o q_4."""
+    """Columns (4, 3): change of a unit quaternion by a small rotation about each world axis, 1/2 (0, e_i) o q_4."""
     w, v = q4[0], np.asarray(q4[1:])
     return 0.5 * np.column_stack([np.concatenate([[-v @ e], w * e + np.cross(e, v)]) for e in np.eye(3)])
 
 
 def bodies_of(problem: Problem, u: NDArray[Any]) -> list[Body]:
-    """The buoys of a dynamic Problem, whose local unknowns at rest are u."""
+    """The buoys of a dynamic Problem; u: its local unknowns in equilibrium."""
     number, mine = problem.system.numbering.global_index, []
     buoy: Any
     for name, buoy in problem.buoys.items():
@@ -125,7 +125,7 @@ def bodies_of(problem: Problem, u: NDArray[Any]) -> list[Body]:
 
 
 def holds_of(problem: Problem, u: NDArray[Any]) -> list[Hold]:
-    """Points at which lines hold on buoys."""
+    """Attachment points of lines on buoys."""
     mine, names = [], {id(buoy): name for name, buoy in problem.buoys.items()}
     attachment: Any
     for attachment in (attachment for attachment in problem.attachments if attachment.buoy):
@@ -140,7 +140,7 @@ def holds_of(problem: Problem, u: NDArray[Any]) -> list[Hold]:
 
 
 def lines_of(problem: Problem, u: NDArray[Any]) -> list[LineNodes]:
-    """The cables of a Problem, whose local unknowns at rest are u."""
+    """The cables of a Problem; u: its local unknowns in equilibrium."""
     lines: Any = problem.lines
     number = problem.system.numbering.global_index
     if lines is None:
@@ -155,7 +155,7 @@ def lines_of(problem: Problem, u: NDArray[Any]) -> list[LineNodes]:
 
 
 def inextensible_tensions(problem: Problem) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Places of the tensions of inextensible elements among all unknowns, and the length that each stands for [m]."""
+    """Places of the tensions of inextensible elements among all unknowns, and the length represented by each [m]."""
     if problem.lines is None:
         return np.zeros(0, dtype=int), np.zeros(0)
     found = [_inextensible_tensions(lines, problem.system.numbering.global_index) for lines in problem.lines.groups]
@@ -171,13 +171,13 @@ def _inextensible_tensions(lines: Any, number: NDArray[Any]) -> tuple[NDArray[An
 
 
 def nodes_of(lines: Any) -> list[NDArray[Any]]:
-    """Local unknowns (n, 3) of the nodes of each cable, held ends included, as in `lines_of`; on one rank alone."""
+    """Local unknowns (n, 3) of the nodes of each cable, fixed ends included, as in `lines_of`; on one rank only."""
     cable, s = _along(lines)
     return [lines.node_dofs[_in_order(cable, s, k)] for k in range(len(lines.network.cables))]
 
 
 def _along(lines: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Cable of the owned nodes, and arc length on it, over all of its pieces [m]."""
+    """Cable numbers of the owned nodes, and their arc lengths along all its pieces [m]."""
     pieces, before = lines.pieces, []
     for k, piece in enumerate(pieces):
         before.append(sum(other.section.length for other in pieces[:k] if other.cable == piece.cable))
@@ -187,7 +187,7 @@ def _along(lines: Any) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def _in_order(cable: NDArray[Any], s: NDArray[Any], k: int) -> Any:
-    """Rows of a cable's nodes from s = 0 on; where two pieces meet, one of the two that are one."""
+    """Rows of a cable's nodes from s = 0 on; only one of the two coincident nodes where pieces meet."""
     rows = np.flatnonzero(cable == k)
     rows = rows[np.argsort(s[rows], kind="stable")]
     apart = np.diff(s[rows]) > 1e-9 * s[rows].max()

@@ -1,8 +1,8 @@
 """The equations of a scene, linearised about its equilibrium: K x + E x_t + M x_tt = 0.
 
-Rates are affine in the unknowns, v = gamma_v r + h_v and a = gamma_a r + h_a, so that the Jacobian of a step is
-K + gamma_v E + gamma_a M exactly.  With histories that make all rates zero, three assemblies of it give the matrices.
-The state of a buoy is of first order in time: its inertia stands in E, that of lines in M.
+Rates are affine in the unknowns, v = gamma_v r + h_v and a = gamma_a r + h_a, so the Jacobian of a step is exactly
+K + gamma_v E + gamma_a M.  With histories that make all rates zero, three assemblies of it give the matrices.
+The state of a buoy is of first order in time: its inertia is in E, that of lines in M.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class Linearisation:
     """Stiffness K, damping E and mass M of the free unknowns of this rank's rows, in physical units.
 
     problem: dynamic, without waves, with the equilibrium `u` as its unknowns; `problem.system.order` are the local
-    unknowns that belong to rows and columns.
+    unknowns of the rows and columns.
     """
 
     problem: Problem
@@ -53,7 +53,7 @@ class Linearisation:
 
     @cached_property
     def holds(self) -> list[Hold]:
-        """Points at which lines hold on buoys, on every rank; collective at first use."""
+        """Attachment points of lines on buoys, on every rank; collective at first use."""
         return holds_of(self.problem, self.u)
 
     @cached_property
@@ -62,7 +62,7 @@ class Linearisation:
         return lines_of(self.problem, self.u)
 
     def destroy(self) -> None:
-        """Give PETSc's objects back."""
+        """Free PETSc objects."""
         self.problem.destroy()
 
 
@@ -71,9 +71,9 @@ def linearise(
 ) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
-    A buoy without cable: in still water.  waves: a section [waves], of which the problem then has all but the height,
-    which is 0.  rest: the equilibrium, a solved static Problem on the same ranks, if it is known.  Raises InputError
-    for a scene that has no equilibrium, SolveError if it is not found.
+    A buoy without cable is taken in still water.  waves: a section [waves], included in the problem with zero height.
+    rest: the equilibrium, a solved static Problem on the same ranks, if known.  Raises InputError for a scene that has
+    no equilibrium, SolveError if it is not found.
     """
     _refuse_tow(scene)
     calm = from_rest(scene if scene.cable else adrift_nowhere(scene)).model_copy(update={"waves": None})
@@ -90,7 +90,7 @@ def linearise(
 
 
 def _refuse_tow(scene: Scene) -> None:
-    """A tow moves steadily: it has no rest to move about."""
+    """Refuse a tow, which moves steadily and has no equilibrium at rest.  Raises InputError."""
     for piece in scene.network.pieces:
         for end in piece.ends:
             if end.top is not None and end.top.velocity:
@@ -102,23 +102,23 @@ def _refuse_tow(scene: Scene) -> None:
 
 
 def without_rates(problem: Problem) -> None:
-    """All rates of a Problem become zero, whatever its unknowns are."""
+    """Set all rates of a Problem to zero, for any unknowns."""
     for evolution in problem.evolutions():
         for level in range(evolution.order):
             evolution.hand_out(level, 0.0, 0.0)
 
 
 def free_rows(problem: Problem, residual: NDArray[Any]) -> NDArray[Any]:
-    """Rows of the free unknowns of a local residual, those of unknowns that are tied added up; on one rank alone."""
+    """Rows of the free unknowns of a local residual, with those of tied unknowns summed; on one rank only."""
     numbering, total = problem.system.numbering, residual.copy()
     np.add.at(total, numbering.visible[numbering.tied_to], residual[numbering.tied])
     return np.asarray(total[problem.system.order])
 
 
 def jacobian(problem: Problem, gamma_v: float, gamma_a: float, velocities: NDArray[Any] | None = None) -> Any:
-    """K + gamma_v E + gamma_a M at the unknowns at hand, whose rates are zero.
+    """K + gamma_v E + gamma_a M at the present unknowns, with zero rates.
 
-    velocities: local unknowns; of those of second order (lines) the first rates instead.
+    velocities: first rates of local unknowns of second order (lines), to be used instead of zero.
     """
     system: Any = problem.system
     for evolution in problem.evolutions():
@@ -132,7 +132,7 @@ def jacobian(problem: Problem, gamma_v: float, gamma_a: float, velocities: NDArr
 
 
 class Equilibrated:
-    """Solver of A x = b, columns b, with rows and columns of A scaled to 1.  Raises RuntimeError for a singular one."""
+    """Solver of A x = b, columns b, with equilibrated rows and columns.  Raises RuntimeError for a singular A."""
 
     def __init__(self, A: Any):
         self._rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
@@ -146,10 +146,10 @@ class Equilibrated:
         return np.asarray(self._columns[:, None] * self._factors.solve(self._rows[:, None] * b))
 
     def condition(self) -> float:
-        """Condition of the scaled A in the 1-norm, estimated."""
+        """Estimated condition number of the scaled A in the 1-norm."""
         solve = self._factors.solve
         inverse = LinearOperator(self._scaled.shape, solve, lambda b: solve(b, "T"), dtype=float)
-        return float(onenormest(inverse, t=1) * abs(self._scaled).sum(axis=0).max())  # t > 1 asks for random numbers
+        return float(onenormest(inverse, t=1) * abs(self._scaled).sum(axis=0).max())  # t > 1 uses random numbers
 
 
 class WithReactions:
@@ -176,7 +176,7 @@ class WithReactions:
 
     @property
     def rows(self) -> int:
-        """Equations and reactions."""
+        """Number of equations and reactions."""
         return int(self.size + len(self._dofs))
 
     def jacobian(self, gamma_v: float, gamma_a: float, velocities: NDArray[Any] | None = None) -> csr_matrix:
@@ -185,5 +185,5 @@ class WithReactions:
         return csr_matrix(vstack([inner, self._rows()])) if self.ends else inner
 
     def of_residual(self, residual: NDArray[Any]) -> NDArray[Any]:
-        """Its rows of a local residual."""
+        """Rows of a local residual for these equations."""
         return np.concatenate([free_rows(self.found.problem, residual), residual[self._dofs]])

@@ -1,4 +1,4 @@
-"""Moving parts of a mode: shares of its kinetic energy, added mass included, and names from them."""
+"""Moving parts of a mode: shares of kinetic energy, including added mass, and names derived from them."""
 
 from typing import Any, NamedTuple
 
@@ -9,18 +9,18 @@ from ..model.sea import heading
 from .layout import Body, LineNodes
 from .linearisation import Linearisation
 
-#: Ways in which a line moves, in the order of `LineNodes.directions`; of a vertical one the last two are one.
+#: Directions of line motion, in the order of `LineNodes.directions`; for a vertical line the last two are combined.
 ALONG, IN_PLANE, OUT_OF_PLANE, ACROSS = "axial", "in plane", "out of plane", "transverse"
-#: The second motion of a mode is named from this part of the energy on.
+#: Least fraction of the energy for which the second motion of a mode is named.
 NAMED = 0.25
 #: Relative difference up to which two displacements of a mode, or two shares, are equal.
 EQUAL = 1e-6
-#: Displacements below this part of the largest do not count as half waves.
+#: Least displacement that counts as a half wave, as a fraction of the largest.
 LEAST_WAVE = 0.02
 
 
 class Moving:
-    """Energies of vectors of all unknowns; direction_deg: of surge and roll, from x."""
+    """Energies of vectors of all unknowns; direction_deg: direction of surge and roll axis, from x."""
 
     def __init__(self, found: Linearisation, direction_deg: float = 0.0):
         self.bodies, self.lines = found.bodies, found.lines
@@ -28,34 +28,34 @@ class Moving:
         self.axes = axes_along(direction_deg)
 
     def sized(self, x: NDArray[Any]) -> NDArray[Any]:
-        """The vector with its largest displacement 1 m, or turn 1 rad, and real there: of equal ones with the first."""
+        """The vector scaled so that its largest displacement (the first of equal ones) is 1 m or 1 rad, and real."""
         changes = [body.motion(x) for body in self.bodies] + [line.moved(x).ravel() for line in self.lines]
         changes = np.concatenate(changes)
         sizes = np.abs(changes)
         return np.asarray(x / changes[(sizes >= (1 - EQUAL) * sizes.max()).argmax()])
 
     def motions(self, vectors: NDArray[Any]) -> NDArray[Any]:
-        """Displacements and turns, at the radius of gyration [m], of all buoys (6 b, k) in columns of all unknowns."""
+        """Displacements, and rotations times the radius of gyration [m], of all buoys (6 b, k) for column vectors."""
         arms = [np.sqrt(np.trace(body.inertia) / body.mass) for body in self.bodies]
         scales = (np.array([[1.0]] * 3 + [[arm]] * 3) for arm in arms)
         parts = [scale * body.motion(vectors) for body, scale in zip(self.bodies, scales, strict=True)]
         return np.concatenate(parts) if parts else vectors[:0]
 
     def at_rest(self, vectors: NDArray[Any]) -> NDArray[Any]:
-        """The columns without momenta."""
+        """The columns with zero momenta."""
         vectors = vectors.copy()
         for body in self.bodies:
             vectors[[*body.at.momentum, *body.at.angular_momentum]] = 0.0
         return vectors
 
     def separated(self, vectors: NDArray[Any]) -> NDArray[Any]:
-        """Combinations of vectors of one eigenvalue: first what moves most in the vertical plane, last what least."""
+        """Combinations of eigenvectors of one eigenvalue, sorted from most to least in-plane motion."""
         every = slice(None)
         moved = [np.concatenate([self._displacements(x, every), self.motions(x[:, None])[:, 0]]) for x in vectors.T]
         triangle = np.linalg.qr(np.array(moved).T, mode="r")
-        if np.linalg.cond(triangle) > 1e6:  # they move alike
+        if np.linalg.cond(triangle) > 1e6:  # (nearly) the same motion
             return vectors
-        vectors = vectors @ np.linalg.inv(triangle)  # now of displacements that are orthonormal
+        vectors = vectors @ np.linalg.inv(triangle)  # now with orthonormal displacements
         inside = np.array([self._displacements(x, slice(2)) for x in vectors.T]).T
         return np.asarray(vectors @ np.linalg.svd(inside, full_matrices=False)[2].conj().T)
 
@@ -67,9 +67,9 @@ class Moving:
         return np.concatenate(parts)
 
     def shares(self, x: NDArray[Any]) -> dict[str, float]:
-        """Part of each motion in the kinetic energy; their sum is 1.
+        """Share of each motion in the kinetic energy; their sum is 1.
 
-        All unknowns move in one phase of the mode, so that velocities are counted as displacements: of what drifts too.
+        All velocities are the displacements times lambda, so displacements are used in their place: for drifts too.
         """
         energies: dict[str, float] = {}
         for body in self.bodies:
@@ -86,7 +86,7 @@ class Moving:
         return [f"{prefix}{name}" for name in Motions._fields]
 
     def _of_body(self, body: Body, x: NDArray[Any]) -> dict[str, float]:
-        """Its velocities and, by the inertia in the rows of its momenta, effective momenta, along the axes."""
+        """Kinetic energies of a body along the axes, from its motion and effective momenta (its momentum rows of E)."""
         motion, moved = body.motion(x), np.zeros(len(x), dtype=complex)
         moved[body.places] = body.poses() @ motion
         momenta = (self.E @ moved)[[*body.at.momentum, *body.at.angular_momentum]]
@@ -116,16 +116,16 @@ class Moving:
 
 
 def _changes_of_sign(values: NDArray[Any]) -> int:
-    """Number of changes of sign of complex displacements at the phase in which they are largest."""
+    """Number of sign changes of complex displacements, at the phase of the largest one."""
     largest = values[np.abs(values).argmax()]
     real = (values / largest).real if largest else np.zeros(1)
     return int(np.count_nonzero(np.diff(np.sign(real[np.abs(real) > LEAST_WAVE]))))
 
 
 def named(shares: dict[str, float], half_waves: dict[str, int]) -> str:
-    """The largest share, and the second if it is large too, lines with their number of half waves.
+    """Names of the largest share, and of the second if it is large too; lines with their number of half waves.
 
-    Of equal shares, as legs of a symmetric mooring have, the first comes first, whatever the rounding.
+    Equal shares, as for legs of a symmetric mooring, stay in order regardless of rounding.
     """
     first, *others = sorted(shares, key=lambda name: -round(shares[name] / EQUAL))
     names = [first] + [name for name in others[:1] if shares[name] >= NAMED]
@@ -133,9 +133,9 @@ def named(shares: dict[str, float], half_waves: dict[str, int]) -> str:
 
 
 class Motions(NamedTuple):
-    """Motions of C along a direction, across it (to the left) and up [m], and turns about these three axes [rad].
+    """Small motions of C along a direction, to its left and upwards [m], and rotations about these axes [rad].
 
-    pitch > 0 turns the top along the direction.  Small; complex where they are amplitudes.
+    pitch > 0 tilts the top along the direction.  Complex if they are amplitudes.
     """
 
     surge: complex

@@ -1,4 +1,4 @@
-"""Natural modes of a scene about its equilibrium, the slowest first, each named by what moves in it."""
+"""Natural modes of a scene about its equilibrium, the slowest first, each named after its main motions."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,23 +15,23 @@ from .linearisation import Linearisation
 from .moving import Moving, named
 from .radiated import Radiated
 
-#: A line with less tension than this part of the forces of its scene is slack; one that turns by more than this between
-#: two pieces [deg] is kinked.
+#: Tension relative to the typical force of the scene below which a line is slack, and angle between two segments above
+#: which it is kinked [deg].
 LEAST_TENSION, KINK = 1e-6, 90.0
-#: Drifts that differ by less than this part are the same.
+#: Relative difference below which drifts are the same.
 ALIKE = 1e-3
-#: Roots that differ by less than this part are one, whose vectors may be combined.
+#: Relative difference below which roots are equal, so that their vectors may be combined.
 SAME = 1e-7
-#: Growth below this part of |lambda| is rounding.
+#: Growth relative to |lambda| below which it is rounding error.
 ROUNDING = 1e-7
 
 
 @dataclass
 class Mode:
-    """x exp(lambda t): `root` is lambda [1/s], `vector` x among all unknowns, the largest displacement 1 m or 1 rad.
+    """Mode x exp(lambda t): `root` is lambda [1/s], `vector` x, all unknowns, with largest displacement 1 m or 1 rad.
 
-    kind: "oscillates", "overdamped" (lambda < 0), "drifts" (0: nothing holds it), "leaves" (lambda > 0) or
-    "grows".  residual: backward error of the pair.  shares: of the kinetic energy, by what moves.
+    kind: "oscillates", "overdamped" (lambda < 0), "drifts" (0: unrestrained), "leaves" (lambda > 0) or "grows".
+    residual: backward error of the pair.  shares: shares of kinetic energy by motion.
     """
 
     root: complex
@@ -48,21 +48,21 @@ class Mode:
 
     @property
     def damping_ratio(self) -> float:
-        """-Re(lambda)/|lambda|; nan where lambda = 0."""
+        """-Re(lambda)/|lambda|; nan if lambda = 0."""
         return -self.root.real / abs(self.root) if self.root else np.nan
 
     @property
     def period(self) -> float:
-        """2 pi/|lambda| [s] of what oscillates, else nan."""
+        """2 pi/|lambda| [s] of an oscillating mode, else nan."""
         return 2 * np.pi / abs(self.root) if self.root.imag else np.nan
 
 
 def lowest_modes(
     found: Linearisation, number: int = 10, direction_deg: float = 0.0, restarts: int = RESTARTS
 ) -> list[Mode]:
-    """The `number` modes of smallest |lambda|, or all that there are; collective, the same on all ranks.
+    """The `number` modes of smallest |lambda|, or all if there are fewer; collective, the same on all ranks.
 
-    direction_deg: of surge and roll, from x.  restarts: see `Quadratic`.  Raises InputError for a state about which
+    direction_deg: direction of surge, from x.  restarts: see `Quadratic`.  Raises InputError for a state about which
     there is no linear motion, SolveError if the solver fails.
     """
     check_smooth(found)
@@ -88,7 +88,7 @@ def lowest_modes(
 
 
 def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:
-    """Columns of one drift each, from the vectors with lambda = 0: what nothing holds has two, which are one."""
+    """Columns of one drift each, from the vectors with lambda = 0, which include two equal ones per drift."""
     vectors = moving.at_rest(np.hstack([vectors.real, vectors.imag]))
     motions = moving.motions(vectors)
     if not motions.size:
@@ -126,7 +126,7 @@ def check_smooth(found: Linearisation) -> None:
 
 
 def slack_in(found: Linearisation) -> str | None:
-    """Words about a line that is slack at rest, the beginning of a sentence; None if there is none."""
+    """Beginning of a message about a line that is slack at rest; None if there is none."""
     problem = found.problem
     smallest = np.inf if problem.lines is None else problem.smallest_tension(of_rods=False)
     if smallest > LEAST_TENSION * problem.typical_force:
@@ -135,7 +135,7 @@ def slack_in(found: Linearisation) -> str | None:
 
 
 class UnitQuaternions:
-    """Exchanges the rows and columns of the quaternions of some bodies; size: of all unknowns."""
+    """Transformation of the quaternion rows and columns of some bodies; size: number of all unknowns."""
 
     def __init__(self, bodies: list[Body], size: int):
         blocks, self._kept, done = [], np.ones(size), 0
@@ -146,9 +146,9 @@ class UnitQuaternions:
         self._turn = csr_matrix(block_diag([*blocks, identity(size - done)]))
 
     def without_lengths(self, first: int, *matrices: Any) -> list[csr_matrix]:
-        """The rows of a rank, the first of which is given, of K and of what is multiplied with powers of lambda.
+        """The rows of a rank, from `first` on, of K and of the matrices multiplied by powers of lambda, transformed.
 
-        The rows of a body are all of one rank.
+        All rows of a body are on one rank.
         """
         rows = slice(first, first + matrices[0].shape[0])
         left, kept = diags(self._kept[rows]) @ self._turn.T[rows, rows], diags(self._kept)
@@ -156,9 +156,9 @@ class UnitQuaternions:
         return [csr_matrix(A) for A in (K + diags(1 - self._kept).tocsr()[rows], *others)]
 
     def exchanged(self, vectors: NDArray[Any]) -> NDArray[Any]:
-        """Columns of all unknowns with the exchange."""
+        """Columns of all unknowns, transformed."""
         return np.asarray(self._turn.T @ vectors)
 
     def as_they_were(self, vectors: NDArray[Any]) -> NDArray[Any]:
-        """Columns of all unknowns without it."""
+        """Columns of all unknowns, transformed back."""
         return np.asarray(self._turn @ vectors)

@@ -1,4 +1,4 @@
-"""Natural periods: of buoys as their scene holds them, the mode that moves one most in heave, and so on; of lines."""
+"""Natural periods of moored buoys, from the mode with most heave, most surge and so on, and of lines."""
 
 import math
 from collections.abc import Iterator
@@ -20,22 +20,22 @@ from .moving import Moving
 from .natural import Mode, lowest_modes, mode_of
 from .radiated import Radiated
 
-#: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
+#: Angular frequencies near which modes are computed [rad/s]: periods of about 50 s to 0.4 s.
 FREQUENCIES = 2 * math.pi / np.geomspace(50.0, 0.4, 8)
 
-#: Periods of a buoy [s]: beyond them there is no stiffness but rounding, or a constraint in the place of one.
+#: Range of periods of a buoy [s]: longer ones have no stiffness except rounding, shorter ones are due to a constraint.
 SHORTEST, LONGEST = 0.01, 1000.0
 
-#: A mode with less than this part of its kinetic energy in a motion is none of that motion.
+#: Least share of a mode's kinetic energy in a motion for it to be a mode of that motion.
 LEAST_SHARE = 0.1
-#: Without radiation memory one with less than this part has none of the least share with it.
+#: Share without radiation memory below which the share with it stays below LEAST_SHARE.
 LOST = 0.01
-#: Slow modes of lines whose periods are shown.
+#: Number of slow modes of lines whose periods are shown.
 SLOWEST = 4
 
 
 class NaturalPeriod(NamedTuple):
-    """2 pi/|lambda| [s], -Re(lambda)/|lambda|, and the part of the kinetic energy that is in the named motion."""
+    """2 pi/|lambda| [s], -Re(lambda)/|lambda|, and the share of kinetic energy in the named motion."""
 
     period: float
     damping_ratio: float
@@ -45,10 +45,10 @@ class NaturalPeriod(NamedTuple):
 def buoy_periods(scene: Scene, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
-    Of several buoys with their names, "left surge".  Those of small motions about the equilibrium in current, wind and
-    external force, moored as in the scene (a buoy without cable: in still water), with all added mass.  A motion
-    without stiffness, or of which no mode is made, is absent: so is pitch if the buoy would capsize.  direction_deg: of
-    surge and roll, from x.  Raises InputError for a scene without buoy, water or gravity,
+    With several buoys the names include the buoy's, "left surge".  The periods are those of small motions about the
+    equilibrium in current, wind and external force, moored as in the scene (a buoy without cable: in still water), with
+    all added mass.  A motion without stiffness, or without a mode of its own, is absent, as is pitch if the buoy would
+    capsize.  direction_deg: direction of surge, from x.  Raises InputError for a scene without buoy, water or gravity,
     SolveError if the equilibrium is not found.
     """
     _check_floating(scene)
@@ -60,7 +60,7 @@ def buoy_periods(scene: Scene, direction_deg: float = 0.0) -> dict[str, NaturalP
 
 
 def moored_periods(scene: Scene, rest: Problem | None = None) -> dict[str, float]:
-    """[s], of the buoys as in `buoy_periods` and of the slowest modes of each line, "cable in plane 1"; on one rank."""
+    """Periods [s] of buoys as in `buoy_periods`, and of the slowest modes of lines, "cable in plane 1"; one rank."""
     _check_floating(scene)
     found = linearise(scene, MPI.COMM_SELF, scene.waves, rest)
     try:
@@ -77,13 +77,13 @@ def _check_floating(scene: Scene) -> None:
 
 
 def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
-    """`buoy_periods` of a scene that is linearised, on one rank."""
+    """`buoy_periods` of a linearised scene, on one rank."""
     best = _of_motions(found, Moving(found, direction_deg))
     return {n: NaturalPeriod(2 * math.pi / abs(r), -r.real / abs(r), share) for n, (share, r, _) in best.items()}
 
 
 def modes_of_buoys(found: Linearisation, direction_deg: float = 0.0) -> list[Mode]:
-    """The modes of `natural_periods`, the slowest first: those that there are beside a line that is slack."""
+    """The modes of `natural_periods`, the slowest first: available even if a line is slack."""
     moving = Moving(found, direction_deg)
     best = {root: (root, vector) for _, root, vector in _of_motions(found, moving).values()}
     modes = [mode_of(moving, root, vector, _residual(found, root, vector)) for root, vector in best.values()]
@@ -91,7 +91,7 @@ def modes_of_buoys(found: Linearisation, direction_deg: float = 0.0) -> list[Mod
 
 
 def _residual(found: Linearisation, root: complex, vector: NDArray[Any]) -> float:
-    """Backward error of a pair, in the scales of the system."""
+    """Backward error of an eigenpair, in the scales of the system."""
     system = found.problem.system
     terms = [diags(system.row_scales) @ A @ diags(system.unknown_scales) for A in (found.K, found.E, found.M)]
     x, powers = vector / system.unknown_scales, (1.0, root, root**2)
@@ -101,7 +101,7 @@ def _residual(found: Linearisation, root: complex, vector: NDArray[Any]) -> floa
 
 
 def _of_motions(found: Linearisation, moving: Moving) -> dict[str, tuple[float, complex, NDArray[Any]]]:
-    """Share, root and vector of the mode that has most of each motion of a buoy, if it has enough."""
+    """Share, root and vector of the mode with the largest share of each motion of a buoy, if large enough."""
     best: dict[str, tuple[float, complex, NDArray[Any]]] = {}
     names = [name for body in found.bodies for name in moving.names_of(body)]
     radiated = Radiated(found)
@@ -119,12 +119,12 @@ def _of_motions(found: Linearisation, moving: Moving) -> dict[str, tuple[float, 
 
 
 def _oscillations(found: Linearisation, once: bool) -> Iterator[tuple[complex, NDArray[Any]]]:
-    """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some come twice without `once`.
+    """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; without `once` some are repeated.
 
-    Next to some of these ARPACK may find none, where hundreds of like lines have hundreds of like modes.
+    Near some of these ARPACK may find none, if hundreds of similar lines have hundreds of similar modes.
     """
     known = list[complex]()
-    small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
+    small = 2 * len(found.problem.system.order) <= DENSE  # all are computed at once
     for omega in [1.0] if small else FREQUENCIES:
         try:
             modes = modes_near(found, 1j * omega)
@@ -138,7 +138,7 @@ def _oscillations(found: Linearisation, once: bool) -> Iterator[tuple[complex, N
 
 
 def _of_lines(found: Linearisation) -> dict[str, float]:
-    """Periods of slow modes that are a line's more than anything else, by their names; none of slack lines."""
+    """Periods of slow modes dominated by a line, by name; empty if lines are slack."""
     try:
         modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies), restarts=FEW) if found.lines else []
     except (InputError, SolveError):
@@ -148,20 +148,20 @@ def _of_lines(found: Linearisation) -> dict[str, float]:
     own = [m for m in modes if m.kind == "oscillates" and max(m.shares.items(), key=itemgetter(1))[0] not in of_buoys]
     periods: dict[str, float] = {}
     for mode in own[:SLOWEST]:
-        periods.setdefault(mode.name, mode.period)  # of one name the slowest
+        periods.setdefault(mode.name, mode.period)  # the slowest of each name
     return periods
 
 
-#: Up to this size of the standard problem all its eigenvalues are computed.
+#: Size of the standard problem up to which all its eigenvalues are computed.
 DENSE = 500
-#: Of ARPACK, which needs some tens at most where it converges.
+#: Limit of restarts of ARPACK, which needs a few tens at most if it converges.
 RESTARTS = 60
 
 
 def modes_near(found: Linearisation, shift: complex, count: int = 20) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Eigenvalues next to a shift, the nearest first, and their vectors (unknowns of `system.order`, modes), physical.
+    """Eigenvalues closest to a shift, nearest first, and their physical vectors (unknowns of `system.order`, modes).
 
-    At least `count` of them if there are as many; sum of squares of a vector in the system's scales is 1.
+    At least `count` of them if there are as many; vectors have unit 2-norm in the system's scales.
     """
     system, n = found.problem.system, len(found.problem.system.order)
     scales = diags(system.unknown_scales)

@@ -1,4 +1,4 @@
-"""Response of a floating body by potential flow: coefficients from a netCDF file of Capytaine."""
+"""Response of a floating body in potential flow, with coefficients from a Capytaine netCDF file."""
 
 import math
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ from ..scene.potential_flow import coefficients
 class PotentialFlow:
     """Coefficients of surge, heave and pitch over omega [rad/s]: (frequencies, 3, 3), force (frequencies, 3) complex.
 
-    rotation_height: of the point about which pitch is counted, above still water [m]; None if the file does not say.
-    depth: of the water [m], inf in deep water.
+    rotation_height: height of the rotation centre above still water [m]; None if the file does not give it.
+    depth: water depth [m], inf in deep water.
     """
 
     omega: NDArray[Any]
@@ -32,13 +32,13 @@ class PotentialFlow:
 
     @property
     def periods(self) -> list[float]:
-        """[s], from the longest on if frequencies rise."""
+        """Periods [s], longest first if frequencies increase."""
         return [float(T) for T in 2 * math.pi / self.omega]
 
     def responses(self, mass: tuple[float, float, float], stiffness: tuple[float, float, float]) -> NDArray[Any]:
         """Surge, heave and pitch per metre of amplitude at every period, complex (frequencies, 3).
 
-        mass: of the body, (m, m, I) [kg, kg, kg m^2].  stiffness: hydrostatic, of surge, heave and pitch.
+        mass: (m, m, I) of the body [kg, kg, kg m^2].  stiffness: hydrostatic stiffness in surge, heave and pitch.
         """
         w = self.omega[:, None, None]
         A = np.diag(stiffness) - 1j * w * self.damping - w**2 * (np.diag(mass) + self.added_mass)
@@ -46,7 +46,7 @@ class PotentialFlow:
 
 
 def read_capytaine(path: Path) -> PotentialFlow:
-    """Coefficients of waves along x.  Raises InputError if the file cannot be read or does not hold them."""
+    """Coefficients for waves along x.  Raises InputError if the file cannot be read or does not contain them."""
     path = Path(path)
     try:
         if not path.is_file():
@@ -56,7 +56,7 @@ def read_capytaine(path: Path) -> PotentialFlow:
             return _read(data, path)
     except InputError:
         raise
-    except Exception as error:  # netCDF4, HDF5 and xarray have errors of many kinds for a damaged file
+    except Exception as error:  # netCDF4, HDF5 and xarray raise many kinds of errors for a damaged file
         raise InputError(f"{path}: not a netCDF file of Capytaine ({str(error).rstrip('.')}).") from None
 
 

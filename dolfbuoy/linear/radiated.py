@@ -1,11 +1,11 @@
 """Radiation memory of buoys in linear motion: forces -K v on the five velocities of each (`forms.radiation`).
 
-Modes are found without memory, with A_inf alone, and followed as the memory grows from nothing to its size by Newton's
-method on (K + lambda E + lambda^2 M + share G(lambda)) x = 0: a few states of waves have roots of their own, which are
-no modes of a buoy.
+Modes are found without memory, with A_inf alone, and followed by continuation in the memory, with Newton's method on
+(K + lambda E + lambda^2 M + share G(lambda)) x = 0, because the memory states have roots of their own, which are not
+modes of a buoy.
 
-In frequency K* = B - i omega (A - A_inf) of the file, for motions Re[X exp(-i omega t)]; for exp(lambda t) that of the
-states, K(lambda) = out (lambda - rate)^-1 into.  A_inf is in the linearised equations already.
+At a frequency K* = B - i omega (A - A_inf) of the file is used, for motions Re[X exp(-i omega t)]; for exp(lambda t)
+that of the states, K(lambda) = out (lambda - rate)^-1 into.  A_inf is already in the linearised equations.
 """
 
 from typing import Any
@@ -21,16 +21,16 @@ from ..model.rigid import rotation_of
 from .layout import Body
 from .linearisation import Equilibrated, Linearisation
 
-#: Shares of the memory with which a mode is followed; iterations with each, and the change of the root that ends them.
+#: Shares of the memory in the continuation; largest number of iterations for each, and final change of the root.
 SHARES, MOST, SETTLED = (0.25, 0.5, 0.75, 1.0), 30, 1e-10
-#: Iterations, least cosine of the vectors and change of the root with which one step to the whole memory is as good.
+#: Iterations, least cosine of the vectors and largest change of the root to accept one step to the full memory.
 FEW, ALIKE, NEAR = 6, 0.99, 0.1
 
 
 class Radiated:
-    """Memory of all buoys of a linearised scene that have one; `there` says whether any has.
+    """Radiation memory of all buoys of a linearised scene; `there`: True if any has one.
 
-    Matrices (rows of equations, unknowns) of the whole scene.
+    Matrices (rows of equations, unknowns) are those of the whole scene.
     """
 
     def __init__(self, found: Linearisation):
@@ -45,7 +45,7 @@ class Radiated:
         self.there = bool(self._known)
 
     def at_frequency(self, omega: float) -> csr_matrix:
-        """K* at an angular frequency [rad/s]; beyond those of the file from the states."""
+        """K* at an angular frequency [rad/s]; outside the file's range from the states."""
         found = []
         for (_, c), states, spline in zip(self._known, self._states, self._splines, strict=True):
             inside = c.omega[0] <= omega <= c.omega[-1]
@@ -57,9 +57,9 @@ class Radiated:
         return self._matrix([states(-1j * root) for states in self._states])
 
     def followed(self, root: complex, vector: NDArray[Any]) -> tuple[complex, NDArray[Any], float]:
-        """(root, vector, backward error) that a mode without memory becomes.
+        """(root, vector, backward error) of a mode with memory, continued from one without.
 
-        Raises SolveError where it is lost.
+        Raises SolveError if it is lost.
         """
         K, E, M = self.found.whole
         first, before = vector / np.linalg.norm(vector), root
@@ -78,7 +78,7 @@ class Radiated:
         return root, x, float((np.abs(left) / rows).max() / (size @ np.abs(x) / rows).max())
 
     def _settled(self, root: complex, x: NDArray[Any], share: float, most: int) -> tuple[complex, NDArray[Any]] | None:
-        """(root, vector) with a share of the memory, by Newton's method; None if that takes more iterations."""
+        """(root, vector) with a share of the memory, by Newton's method; None if not converged in `most` iterations."""
         K, E, M = self.found.whole
         for _ in range(most):
             G, step = self.at_root(root), 1e-6 * abs(root)
@@ -86,7 +86,7 @@ class Radiated:
             try:
                 solve = Equilibrated(K + root * E + root**2 * M + share * G)
                 u = solve(((E + 2 * root * M + share * slope) @ x)[:, None])[:, 0]
-            except RuntimeError:  # singular: x is it
+            except RuntimeError:  # singular: x is the eigenvector
                 return root, x
             change, x = 1 / (x.conj() @ u), u / np.linalg.norm(u)
             root -= change
@@ -109,7 +109,7 @@ def _over_frequency(c: Coefficients) -> Any:
 
 
 def _places(body: Body) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Places of the momenta, the rows (6, 5) into which five forces go, and the five velocities (5, 6) of momenta."""
+    """Places of the momenta, matrix (6, 5) from the five forces to their rows, matrix (5, 6) to the five velocities."""
     d, inverse = rotation_of(body.orientation)[:, 2], np.linalg.inv(body.inertia)
     rows, columns = np.zeros((6, 5)), np.zeros((5, 6))
     rows[:3, :3], columns[:3, :3] = np.eye(3), np.eye(3) / body.mass

@@ -1,10 +1,10 @@
-"""Response to waves of a given height and to irregular seas, drag linearised: motions of buoys, tensions of lines.
+"""Response to waves of a given height and to irregular seas with linearised drag: motions of buoys, tensions of lines.
 
-Everything is linear but for the drag, whose slope goes with the response itself (`drag`): found by iteration.
+Everything is linear except the drag, whose linearisation depends on the response (`drag`) and is found by iteration.
 (K - i omega E - omega^2 M) X = -F about the equilibrium.  Amplitudes are complex: eta = Re[exp(i (k x - omega t))],
 x along the waves from C of the first buoy, or from the top of the first line, and a motion is Re[X exp(-i omega t)].  F
-is the slope of the residual in the amplitude, at two phases a quarter period apart.  In small waves drag counts where a
-mean current gives it a slope; in still water |v| v has none.
+is the derivative of the residual with respect to the amplitude, at two phases a quarter period apart.  In small waves
+there is drag damping only in a mean current; in still water |v| v has zero derivative.
 """
 
 import math
@@ -27,9 +27,9 @@ from .moving import Motions, axes_along
 from .radiated import Radiated
 from .spectrum import slope, small_waves
 
-#: Relative change of the response at which the iteration ends, and the most iterations.
+#: Relative change of the response at which the iteration ends, and the largest number of iterations.
 SETTLED, MOST = 1e-3, 60
-#: A change that is more than this part of the one before it is no fast convergence.
+#: Ratio of successive changes above which convergence is slow.
 SLOW = 0.5
 
 
@@ -37,7 +37,7 @@ SLOW = 0.5
 class Wave:
     """A wave of one frequency and direction: omega at a fixed point [rad/s], k and direction as a vector [1/m].
 
-    Per metre of amplitude, the slope F of the residual and the water's velocities.
+    F: derivative of the residual, and water: velocities, both per metre of amplitude.
     """
 
     omega: float
@@ -47,9 +47,9 @@ class Wave:
 
 
 class Seaway:
-    """A scene linearised about its rest in waves, on this rank alone.
+    """A scene in waves, linearised about its equilibrium, on this rank only.
 
-    direction_deg: of regular waves, and of surge.  X are amplitudes of all unknowns and of the forces at the ends of
+    direction_deg: direction of regular waves and of surge.  X are amplitudes of all unknowns and of the end forces of
     `reactions.WithReactions`.
     """
 
@@ -66,15 +66,15 @@ class Seaway:
         self._scales: dict[tuple[str, int], tuple[float, NDArray[Any]]] = {}
 
     def destroy(self) -> None:
-        """Give PETSc's objects back."""
+        """Free PETSc objects."""
         self.found.destroy()
 
     # -- waves -------------------------------------------------------------------------------------------------------
 
     def wave(self, omega: float, direction_deg: float | None = None, wavelength: None = None) -> Wave:
-        """The wave of one frequency of `waves.period`, in a direction (None: that of all).
+        """The wave of one frequency, as in `waves.period`, and one direction (None: the default).
 
-        wavelength: if it does not follow from dispersion [m].
+        wavelength: to override the dispersion relation [m].
         """
         problem, turned = self.found.problem, self.direction_deg if direction_deg is None else direction_deg
         waves = small_waves(problem.scene, 2 * math.pi / omega, turned).model_copy(update={"wavelength": wavelength})
@@ -91,7 +91,7 @@ class Seaway:
         return Wave(runs.at_ground, k, F, self.velocities.of_water(lambda x: _complex(water, x, quarter)))
 
     def solve(self, *waves: Wave) -> NDArray[Any]:
-        """X per metre (unknowns and reactions, waves) of one frequency, with the drag as it is at the moment."""
+        """X per metre (unknowns and reactions, waves) at one frequency, with the present linearised drag."""
         (K, E), M, omega, n = self.drag.matrices(), self.equations.M, waves[0].omega, self.equations.size
         F = np.column_stack([wave.F + self.drag.force(wave.water) for wave in waves])
         A = K - 1j * omega * E - omega**2 * M
@@ -100,9 +100,9 @@ class Seaway:
         return np.vstack([x, A[n:] @ x + F[n:]])
 
     def regular(self, wave: Wave, amplitude: float = 0.0) -> NDArray[Any]:
-        """X per metre in regular waves of an amplitude [m]; 0: small.  Begins with the drag at hand.
+        """X per metre in regular waves of an amplitude [m]; 0: small.  Starts from the present drag.
 
-        Raises SolveError if the drag does not settle.
+        Raises SolveError if the drag does not converge.
         """
         if not amplitude:
             self.drag.forget()
@@ -117,7 +117,7 @@ class Seaway:
     def irregular(self, waves: list[Wave], energies: NDArray[Any]) -> NDArray[Any]:
         """X per metre (unknowns and reactions, waves) in a Gaussian sea with S dw = energies [m^2] of the waves.
 
-        Raises SolveError if the drag does not settle.
+        Raises SolveError if the drag does not converge.
         """
         energies = np.asarray(energies)
         self.drag.forget()
@@ -131,7 +131,7 @@ class Seaway:
     def _settled(
         self, average: Callable[..., Any], solve: Callable[..., Any], energies: NDArray[Any], words: str
     ) -> NDArray[Any]:
-        """X, found in turn with the drag, which takes half a step where the whole ones go to and fro."""
+        """X, computed alternately with the drag, whose updates are halved if full ones oscillate."""
         X: NDArray[Any] = solve()
         last, share = np.inf, 1.0
         for _ in range(MOST):
@@ -155,7 +155,7 @@ class Seaway:
         return dict(zip(found, np.concatenate(rows, axis=1), strict=True))
 
     def all_of(self, waves: list[Wave]) -> NDArray[Any]:
-        """`solve` of waves of several frequencies, in their order."""
+        """`solve` for waves of several frequencies, in their order."""
         same, X = dict[float, list[int]](), np.zeros((self.equations.rows, len(waves)), dtype=complex)
         for i, wave in enumerate(waves):
             same.setdefault(wave.omega, []).append(i)
@@ -164,23 +164,23 @@ class Seaway:
         return X
 
     def _change(self, before: NDArray[Any], X: NDArray[Any], energies: NDArray[Any]) -> float:
-        """Largest relative change of the standard deviations of what moves."""
+        """Largest relative change of the standard deviations of motions and tensions."""
         moving = [
             np.concatenate([*(body.motion(x) for body in self.found.bodies), self.tensions(x)]) for x in (before, X)
         ]
         old, new = (np.sqrt(np.abs(x) ** 2 @ energies) for x in moving)
         return float((np.abs(new - old) / np.maximum(new, 1e-3 * new.max())).max(initial=0.0))
 
-    # -- what is read ------------------------------------------------------------------------------------------------
+    # -- results -----------------------------------------------------------------------------------------------------
 
     def motions(self, X: NDArray[Any]) -> list[Motions]:
-        """Motions of every buoy along and across the direction, of columns of all unknowns."""
+        """Motions of every buoy along and across the direction, from columns of all unknowns."""
         axes = axes_along(self.direction_deg)
         moved = [body.motion(X) for body in self.found.bodies]
         return [Motions(*(axes @ motion[:3]), *(axes @ motion[3:])) for motion in moved]
 
     def named(self, X: NDArray[Any]) -> dict[str, NDArray[Any]]:
-        """Name -> changes (waves,) of each motion [m, rad], with its buoy if there are several, and of each tension."""
+        """Name -> amplitudes (waves,) of each motion [m, rad], with its buoy if there are several, and each tension."""
         names, found = [body.name for body in self.found.bodies], dict[str, NDArray[Any]]()
         for body, moved in zip(names, self.motions(X), strict=True):
             ending = f" of {body}" if len(names) > 1 else ""
@@ -190,14 +190,14 @@ class Seaway:
         return found | dict(zip(tensions, self.tensions(X), strict=True))
 
     def tensions(self, X: NDArray[Any]) -> NDArray[Any]:
-        """Changes (tensions, waves) of the tensions of `tension_slopes` [N]."""
+        """Amplitudes (tensions, waves) of the tensions of `tension_slopes` [N]."""
         slopes = [slope for _, slope in self.tension_slopes().values()]
         return np.asarray(np.reshape(slopes, (-1, self.equations.rows)) @ X)
 
     def tension_slopes(self) -> dict[tuple[str, int], tuple[float, NDArray[Any]]]:
-        """(name, line) -> tension at rest [N] and its slope in X: on top of every line that is not free, at its anchor.
+        """(name, line) -> tension at rest [N] and its derivative in X: at the top of each line if not free, and anchor.
 
-        Those of a record: the size of the force that holds the upper end, and T_h(0).
+        As in a record: the magnitude of the force that holds the upper end, and T_h(0).
         """
         if not self._scales:
             self._scales = self._tops() | self._anchors()
@@ -232,7 +232,7 @@ class Response(NamedTuple):
 
     @property
     def pitch_over_slope(self) -> complex:
-        """pitch over d(eta)/dx at C: -1 where the buoy follows the slope (about the axis to the left of the wave)."""
+        """Pitch over d(eta)/dx at C: -1 if the buoy follows the slope (about the axis to the left of the wave)."""
         return self.motions.pitch / (1j * self.wavenumber)
 
 
@@ -253,12 +253,12 @@ def responses(scene: Scene, periods: Iterable[float], direction_deg: float = 0.0
 
 
 def _complex(water: AirySum, x: NDArray[Any], quarter: float) -> Any:
-    """V of the velocity Re[V exp(-i omega t)]: now, and a quarter period later."""
+    """V of the velocity Re[V exp(-i omega t)], from t = 0 and a quarter period later."""
     return water.flow(0.0, x)[0] + 1j * water.flow(quarter, x)[0]
 
 
 def _slope(problem: Any, function: Callable[..., Any]) -> NDArray[Any]:
-    """Slope of a linear function of the local unknowns, in all unknowns."""
+    """Gradient of a linear function of the local force unknowns, in all unknowns."""
     unit, row = np.zeros(problem.system.size), np.zeros(problem.system.unknowns)
     places = np.flatnonzero(np.isin(problem.system.order, problem.lines.force_dofs()))
     for place in places:

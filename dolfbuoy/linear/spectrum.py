@@ -13,17 +13,17 @@ from ..scene.sentences import made
 from ..scene.waves import Waves
 from .linearisation import Linearisation, free_rows, without_rates
 
-#: Frequencies; directions of each, which are others at every frequency.
+#: Number of frequencies; number of directions for each, which differ from frequency to frequency.
 BINS, DIRECTIONS = 160, 4
-#: More components than this are not taken one by one.
+#: Largest number of components that are treated individually.
 MOST = 500
-#: Of the golden ratio: multiples of it lie evenly between 0 and 1, however many.
+#: Golden ratio conjugate: any number of its multiples, modulo 1, are evenly distributed.
 GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True)
 class Bins:
-    """omega (n,): rising frequencies of `waves.period`, width (n,) [rad/s]; and what runs in one direction each, (k,):
+    """Bins of a sea; omega (n,): increasing frequencies as in `waves.period`, width (n,) [rad/s]; for each wave, (k,):
     number of its frequency, direction [deg], energy S dw [m^2]."""
 
     omega: NDArray[Any]
@@ -33,11 +33,11 @@ class Bins:
     energy: NDArray[Any]
 
     def pairs(self) -> Any:
-        """(omega, direction [deg]) of all that runs in one direction."""
+        """(omega, direction [deg]) of each wave."""
         return zip(self.omega[self.number], self.direction_deg, strict=True)
 
     def density(self, values: Any = 1.0) -> NDArray[Any]:
-        """Spectral density (..., n) of what has the energies values (..., k) per m^2 of the waves."""
+        """Spectral density (..., n) of quantities with energies `values` (..., k) per m^2 of the waves."""
         sums = np.zeros((*np.shape(values)[:-1], len(self.omega)))
         places: Any = (..., self.number)
         np.add.at(sums, places, values * self.energy)
@@ -47,10 +47,10 @@ class Bins:
 def irregular_waves(
     scene: Scene, sea: tuple[Any, ...] | None = None, direction_deg: float | None = None
 ) -> Waves | None:
-    """The irregular sea that is requested: (significant height [m], peak period [s], gamma, s of its spreading or
-    None), else the scene's, or None.
+    """The irregular sea requested: (significant height [m], peak period [s], gamma, spreading exponent s or None),
+    else the scene's, or None.
 
-    Raises InputError for numbers that are no sea.
+    Raises InputError for invalid numbers.
     """
     if sea is None:
         return scene.waves if scene.waves and scene.waves.irregular else None
@@ -67,7 +67,7 @@ def irregular_waves(
 
 
 def bins_of(waves: Waves) -> Bins:
-    """Bins of a spectrum, each frequency in a few directions of equal energy; of components, each of them, or sums."""
+    """Bins of a spectrum, with a few directions of equal energy per frequency; or of given components."""
     spectrum = spectrum_of(waves)
     if spectrum is None:
         return _of_components(components_of(waves), waves.direction_deg)
@@ -85,7 +85,7 @@ def bins_of(waves: Waves) -> Bins:
 
 
 def _of_components(sea: Components, main_deg: float) -> Bins:
-    """Each by itself; of very many those next to each other in frequency, and of these in direction, together."""
+    """Bins of components: individually, or if there are many, grouped by frequency and then by direction."""
     energy = sea.amplitude**2 / 2
     if len(energy) <= MOST:
         omega, number = np.unique(sea.frequency, return_inverse=True)
@@ -96,7 +96,7 @@ def _of_components(sea: Components, main_deg: float) -> Bins:
     order = np.lexsort((turned, number))
     energy, frequency, turned, number = (values[order] for values in (energy, sea.frequency, turned, number))
     total = np.bincount(number, energy, BINS)
-    below = np.cumsum(energy) - energy / 2 - (np.cumsum(total) - total)[number]  # of its bin, up to its own middle
+    below = np.cumsum(energy) - energy / 2 - (np.cumsum(total) - total)[number]  # in its bin, up to its own middle
     group = DIRECTIONS * number + np.clip(DIRECTIONS * below / total[number], 0, DIRECTIONS - 1).astype(int)
     kept, group = np.unique(group, return_inverse=True)
     energies, turns = (np.bincount(group, energy * x) for x in (1.0, turned))
@@ -105,22 +105,22 @@ def _of_components(sea: Components, main_deg: float) -> Bins:
     return Bins(omega, np.diff(edges)[filled], number, main_deg + turns / energies, energies)
 
 
-#: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
+#: Amplitude [m] of waves used for linear forces: relative effects of drag and rounding are below 1e-5.
 SMALL = 1e-5
-#: Periods of waves that may be requested lie between these [s].
+#: Range of wave periods that may be requested [s].
 SHORTEST, LONGEST = 0.01, 10_000.0
 
 
 def check_periods(name: str, periods: NDArray[Any] | list[float]) -> None:
-    """Refuse periods of no waves.  Raises InputError that names where they are from."""
+    """Refuse invalid wave periods.  Raises InputError, which begins with `name`."""
     for period in periods:
         if not SHORTEST <= period <= LONGEST:
             raise InputError(f"{name} {period:g}: must be from {SHORTEST:g} to {LONGEST:g} s.")
 
 
 def small_waves(scene: Scene, period: float, direction_deg: float = 0.0, amplitude: float = 0.0) -> Waves:
-    """A regular section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms
-    serve.  Periods are seen from where the scene's are."""
+    """A regular section [waves]; its stretching, irrelevant in small waves, is that of the scene, to use the same
+    forms, and so is the frame of its period."""
     same = {name: getattr(scene.waves, name) for name in ("stretching", "period_seen_from")} if scene.waves else {}
     waves: Waves = made(Waves, amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
     return waves
@@ -129,13 +129,13 @@ def small_waves(scene: Scene, period: float, direction_deg: float = 0.0, amplitu
 def force(found: Linearisation, time_phase: float) -> NDArray[Any]:
     """Residual of the free unknowns in a small wave at a phase (phase - omega t), over its amplitude [physical / m].
 
-    With its sign turned, in the rows of the buoy's momenta: what an undisturbed wave does to the buoy at rest.
+    Minus its rows of the buoy's momenta are the loads of an undisturbed wave on the buoy at rest.
     """
     return free_rows(found.problem, slope(found, time_phase))
 
 
 def slope(found: Linearisation, time_phase: float) -> NDArray[Any]:
-    """`force`, of all local unknowns."""
+    """`force`, for all local unknowns."""
     system: Any = found.problem.system
     without_rates(found.problem)
     system.u[:] = found.u

@@ -1,15 +1,15 @@
-"""Restoring matrices of buoys about C: what lines and hull answer to a small displacement of a buoy at rest.
+"""Restoring matrices of buoys about C: restoring forces of lines and hull for a small displacement from equilibrium.
 
-K of the linearised equations has in the rows of the momenta minus the forces and torques about C.  All other unknowns
-follow the buoys' poses: S = K_bb - K_bi K_ii^-1 K_ib.
+In the rows of the momenta, K of the linearised equations is minus the derivative of the forces and torques about C.
+All other unknowns follow the buoys' poses: S = K_bb - K_bi K_ii^-1 K_ib.
 
-An inextensible line that is taut lets its buoy not move along it: K_ii is singular, and S infinite in that direction.
-With a very small compliance in its place S is as large as that makes it, which shows those directions; across them it
-is what it is without.
+A taut inextensible line prevents motion of its buoy along it: K_ii is singular, and S infinite in that direction.
+If it is given a very small compliance, S is limited by this in those directions, which identifies them, and unchanged
+across them.
 
-Of a vessel the same, buoys following: held ends are no unknowns, so that their columns of K are central differences of
-the residual, whose error is of second order in a motion of which the strains are small; the rest is condensed as for
-buoys.
+For a vessel it is the same, with buoys following: prescribed ends are not unknowns, so their columns of K are central
+differences of the residual, with an error of second order in a motion with small strains; the rest is condensed as
+for buoys.
 """
 
 from collections.abc import Callable
@@ -25,19 +25,19 @@ from ..scene import Scene
 from .layout import Body, inextensible_tensions
 from .linearisation import Equilibrated, Linearisation, free_rows, without_rates
 
-#: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
-#: that are rigid become stiffer, of what could be ten times.  Part of that of a line below which nothing is rigid.
+#: Two axial stiffnesses to replace an infinite one, in typical forces of the scene; least factor (ideally ten) by which
+#: rigid directions become stiffer; and the least stiffness of a rigid direction relative to that of a line.
 STIFF, STIFFER, LEAST = (1e8, 1e9), 3.0, 1e-3
-#: Condition of a scaled matrix from which on it is singular but for rounding: of 16 digits 5 would be left.
+#: Condition of a scaled matrix above which it counts as singular: 5 of 16 digits would be left.
 SINGULAR = 1e11
 
 
 @dataclass
 class Condensed:
-    """Six motions of every buoy (columns, body after body), and what follows them at rest.
+    """Six motions of every buoy (columns, body by body), and the static response of all unknowns.
 
     stiffness (6 b, 6 b): forces and torques about C that hold them, N/m, N, N m by pairs of rows and columns.
-    followers (unknowns, 6 b): all unknowns, the buoys' momenta zero.
+    followers (unknowns, 6 b): all unknowns, with zero momenta of the buoys.
     """
 
     bodies: list[Body]
@@ -47,9 +47,9 @@ class Condensed:
 
 @dataclass
 class Restoring:
-    """mooring, hull (6 b, 6 b): stiffness of the lines, and of all else.  rigid: of each body orthonormal columns
-    (6, k), turns at the radius of gyration, along which inextensible lines let it not move; what the matrices have
-    there is only as large as rounding lets it be, and means nothing.
+    """Stiffness of the lines (mooring) and of all else (hull), (6 b, 6 b).  rigid: for each body orthonormal columns
+    (6, k), with rotations at the radius of gyration, along which inextensible lines prevent motion; the matrices are
+    meaningless in these directions.
     """
 
     bodies: list[Body]
@@ -70,7 +70,7 @@ def restoring(found: Linearisation) -> Restoring:
         for i, body in enumerate(found.bodies):
             before, after = (m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings)
             (at_soft, _), (at_hard, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (before, after))
-            # as much larger as the compliance was smaller, and above rounding
+            # stiffness grows as the compliance is reduced, and exceeds rounding
             rigid[i] = vectors[:, (at_hard > STIFFER * at_soft) & (at_hard > least)]
     if any(directions.shape[1] for directions in rigid):
         every, mooring = hard, moorings[1]
@@ -81,14 +81,14 @@ def restoring(found: Linearisation) -> Restoring:
 
 
 def compliance(found: Linearisation, EA: float) -> Any:
-    """Matrix to be added to K, by which inextensible lines have an axial stiffness, in typical forces of the scene."""
+    """Matrix to be added to K that gives inextensible lines an axial stiffness EA, in typical forces of the scene."""
     places, sizes = inextensible_tensions(found.problem)
     shape = 2 * (found.K.shape[1],)
     return csr_matrix((-(sizes / (EA * found.problem.typical_force)), (places, places)), shape)
 
 
 def condensed(found: Linearisation, more: Any = None) -> Condensed:
-    """Condensed stiffness of all buoys together; the same on all ranks.  more: a matrix that is added to K.
+    """Condensed stiffness of all buoys together; the same on all ranks.  more: a matrix to be added to K.
 
     Raises SolveError if the lines have no stiffness of their own.
     """
@@ -127,7 +127,7 @@ def solved(A: Any, b: NDArray[Any]) -> Any:
 
 
 def mooring_stiffness(found: Linearisation, every: Condensed) -> NDArray[Any]:
-    """(6 b, 6 b): the part of the stiffness that lines have, by their forces and by the levers these have about C."""
+    """Stiffness (6 b, 6 b) due to the lines, from changes of their forces and of their levers about C."""
     total = np.zeros_like(every.stiffness)
     for hold in found.holds:
         i = 6 * [body.name for body in every.bodies].index(hold.body)
@@ -138,16 +138,16 @@ def mooring_stiffness(found: Linearisation, every: Condensed) -> NDArray[Any]:
     return total
 
 
-#: Motion of an end for a difference, of the shortest element.
+#: Displacement of an end for a finite difference, relative to the shortest element.
 MOVED = 1e-5
-#: Stiffness of buoys below this part of their largest is none: what turns or drifts freely does not pull.  The same
-#: where the largest is that of an inextensible line.
+#: Stiffness of buoys, relative to their largest, below which it is zero: for free rotation or drift.  BESIDE_RIGID: if
+#: the largest is that of an inextensible line.
 NOTHING, BESIDE_RIGID = 1e-9, 1e-12
 
 
 class OnVessel(NamedTuple):
-    """name; pull (6,): force [N] and moment [N m] of its lines about its reference point at rest; stiffness (6, 6):
-    forces and moments that hold a displacement or a turn, world axes."""
+    """Name of a vessel; pull (6,): force [N] and moment [N m] of its lines about its reference point in equilibrium;
+    stiffness (6, 6): forces and moments that hold a displacement or rotation, in world axes."""
 
     name: str
     pull: NDArray[Any]
@@ -155,7 +155,7 @@ class OnVessel(NamedTuple):
 
 
 def on_vessels(found: Linearisation) -> list[OnVessel]:
-    """Matrices of all vessels, of each with the others held; on one rank alone.
+    """Matrices of all vessels, for each with the others held; on one rank only.
 
     Raises SolveError if a line has no stiffness of its own.
     """
@@ -163,7 +163,7 @@ def on_vessels(found: Linearisation) -> list[OnVessel]:
     try:
         K, buoys, nothing = csc_matrix(found.K), condensed(found), NOTHING
     except SolveError:
-        # a taut inextensible line between what is held; with a buoy there, which follows, its compliance is no matter
+        # a taut inextensible line between fixed ends; if there is a buoy, which follows, its compliance does not matter
         more = compliance(found, STIFF[0])
         K, buoys, nothing = csc_matrix(found.K + more), condensed(found, more), BESIDE_RIGID
     return [
@@ -173,7 +173,7 @@ def on_vessels(found: Linearisation) -> list[OnVessel]:
 
 
 def refuse_directions(scene: Scene) -> None:
-    """Raise InputError for a vessel that holds a line in a direction."""
+    """Raise InputError for a vessel with a clamped line."""
     for vessel in scene.vessel or []:
         if any(end.clamp and _is_on(end, vessel) for piece in scene.network.pieces for end in piece.ends):
             raise InputError(
@@ -205,7 +205,7 @@ class _Ends:
         return np.tile(e, (len(self.arms), 1)) if motion < 3 else np.cross(e, self.arms)
 
     def about(self, forces: NDArray[Any]) -> NDArray[Any]:
-        """Forces and moments (6, n) of forces (3 k, n) at the ends."""
+        """Resultant forces and moments (6, n) of forces (3 k, n) at the ends."""
         at = forces.reshape(len(self.arms), 3, -1)
         return np.concatenate([at.sum(axis=0), np.cross(self.arms[:, :, None], at, axis=1).sum(axis=0)])
 
@@ -215,7 +215,7 @@ def _is_on(end: Any, vessel: Any) -> bool:
 
 
 def _of_vessel(found: Linearisation, following: Callable[[NDArray[Any]], NDArray[Any]], vessel: Any) -> OnVessel:
-    """following: of slopes (n, 6) of the residual, the unknowns that make up for them."""
+    """Matrices of one vessel; following: derivatives (n, 6) of the residual -> response of the unknowns."""
     problem: Any = found.problem
     ends = _Ends(found, vessel)
     dofs = ends.dofs.ravel()
@@ -237,14 +237,14 @@ def _of_vessel(found: Linearisation, following: Callable[[NDArray[Any]], NDArray
     forces = residual(0.0)[dofs]
     followers = following(slopes)
     stiffness = ends.about(rows @ followers + direct)
-    for motion in range(3, 6):  # arms turn under the forces at rest
+    for motion in range(3, 6):  # rotation of the arms under the static forces
         turned = np.cross(ends.moved(motion), forces.reshape(-1, 3))
         stiffness[3:, motion] += turned.sum(axis=0)
     return OnVessel(vessel.name, -ends.about(forces[:, None])[:, 0], stiffness)
 
 
 def _following(every: Condensed, K: Any, slopes: NDArray[Any], nothing: float) -> NDArray[Any]:
-    """Unknowns (n, 6) that follow motions of which the residual has these slopes; buoys go where nothing pulls them."""
+    """Response (n, 6) of the unknowns to motions with these derivatives of the residual; buoys move to equilibrium."""
     inner = np.setdiff1d(np.arange(K.shape[0]), np.concatenate([[], *(body.places for body in every.bodies)]))
     followers = np.zeros_like(slopes)
     followers[inner] = -solved(K[np.ix_(inner, inner)], slopes[inner])
