@@ -1,1 +1,1 @@
-"""Several ranks, many cases, and how they are interrupted."""
+"""Parallel ranks, many cases, and interruption."""

@@ -1,7 +1,7 @@
-"""Many independent cases: spread over ranks, each kept on disk as it is done, taken up again after an interruption.
+"""Many independent cases: distributed over ranks, each stored on disk when done, resumed after an interruption.
 
-A case is a plain Row, its result another.  A result belongs to the case and to the program that computed it: of
-another program it does not count.
+A case is a plain Row, and so is its result.  A result is valid only for its case and for the version of the program
+that computed it.
 """
 
 import hashlib
@@ -30,9 +30,9 @@ from .store import SUFFIX, Store, Writer
 
 Row = dict[str, Any]  #: a case, or its result
 
-#: Seconds from which on the time that cases will take is announced.
+#: Least duration of the cases that is announced [s].
 ANNOUNCED = 20.0
-#: Work of a case that is none.
+#: Least work of a case.
 TINY = 1e-12
 
 
@@ -45,14 +45,14 @@ def evaluate_all(
 ) -> list[Row] | None:
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
-    See `compute`, which does the work.
+    See `compute` for the arguments.
     """
     compute(evaluate, cases, folder, structure, work=work)
     return None if MPI.COMM_WORLD.rank != 0 else rows_of(cases, folder)
 
 
 def rows_of(cases: list[Row], folder: Path) -> list[Row]:
-    """[{**case, **result}, ...] from the store in a folder, in which every case has a result."""
+    """[{**case, **result}, ...] from the store in a folder, which must have a result for every case."""
     found = store_in(folder).results([key(case) for case in cases])
     return [{**case, **(result or {})} for case, result in zip(cases, found, strict=True)]
 
@@ -74,18 +74,17 @@ def compute(
     say: Callable[[list[str]], None] = lambda sentences: None,
     work: Callable[[Row], float] | None = None,
 ) -> None:
-    """Evaluate the cases that have no result yet and put these into `folder`/cases, each at once; collective.
+    """Evaluate the cases without a result and write each result at once to `folder`/cases; collective.
 
-    With `mpirun -n N` they are spread over the ranks, which share the folder: each takes the next case that no other
-    has taken, until none is left.  structure(case): what decides which forms are compiled; one case of each is
-    evaluated first, by one rank, so that no two ranks compile the same form at once.  What one rank raises is raised by
-    all.
-    part: a folder of the store for what this process adds; no other process may add there.  again(result): whether a
-    case that has this result is computed once more; without it none is.  executor: of concurrent.futures, or one whose
-    futures have `done`, `result` and `cancel`; it evaluates, and this process alone writes.  failed(error): the result
-    of a case that the executor could not bring to an end; without it the error is raised.  say: called with what is
-    wrong with the store.  work(case): how long it takes against the others, for what is said about the time; with an
-    executor in seconds, as its workers show no steps.
+    With `mpirun -n N` they are distributed over the ranks, which share the folder: each takes the next unclaimed case
+    until none is left.  structure(case): what determines the compiled forms; one case of each structure is evaluated
+    first, by one rank, so that no two ranks compile the same form at once.  An error of one rank is raised by all.
+    part: a subfolder of the store for the results of this process; no other process may write there.  again(result):
+    whether a case with this result is recomputed; default: never.  executor: from concurrent.futures, or one whose
+    futures have `done`, `result` and `cancel`; it evaluates, and only this process writes.  failed(error): the result
+    of a case that failed in the executor; without it the error is raised.  say: called with messages about damage to
+    the store.  work(case): relative duration, for time estimates; in seconds with an executor, whose workers report no
+    progress.
     """
     comm, store = ranks_beside(executor), Path(folder) / "cases" / part
     missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
@@ -115,7 +114,7 @@ def compute(
 
 
 def ranks_beside(executor: Any) -> Any:
-    """Who takes part: with an executor this process alone, as other ranks may be its workers (mpi4py.futures)."""
+    """Participating ranks: with an executor only this process, as other ranks may be its workers (mpi4py.futures)."""
     return MPI.COMM_WORLD if executor is None else MPI.COMM_SELF
 
 
@@ -126,7 +125,7 @@ def _prepared(
     again: Callable[[Row], bool] | None,
     say: Callable[[list[str]], None],
 ) -> tuple[list[int], dict[int, int], Path]:
-    """Numbers of the cases without a result, one of each that comes twice, their attempts, and a folder for claims."""
+    """Numbers of the cases without a result (once for repeated ones), their attempts, and a folder for claims."""
     known = store_in(folder)
     if known.damaged:
         say(known.damaged)
@@ -148,7 +147,7 @@ def _evaluate_share(
     claims: Path,
     progress: "_Progress",
 ) -> None:
-    """Evaluate cases one by one; rank 0 shows how many are done by all."""
+    """Evaluate cases one by one; rank 0 shows the overall progress."""
     for i in share:
         try:
             with progress.watching(i):
@@ -162,7 +161,7 @@ def _evaluate_share(
 
 
 def _claimed(indices: Iterable[int], claims: Path) -> Iterator[int]:
-    """Those that no other rank has claimed, until one of them fails."""
+    """Cases not claimed by other ranks, until a case has failed on any rank."""
     for i in indices:
         if (claims / "failed").exists():
             return
@@ -179,7 +178,7 @@ def _evaluate_elsewhere(
     failed: Callable[[Exception], Row] | None,
     shares: dict[int, float],
 ) -> None:
-    """Let an executor evaluate; without the executor there is no going on."""
+    """Evaluate cases with an executor; a failure of the executor itself is fatal."""
     waiting = {executor.submit(evaluate, cases[i]): i for i in indices}
     with _Progress(shares, workers := _workers(executor)) as progress:
         progress.sent(workers)
@@ -200,12 +199,12 @@ def _evaluate_elsewhere(
 
 
 def _workers(executor: Any) -> int:
-    """Cases that an executor evaluates at once, 1 if it does not tell."""
+    """Number of cases an executor evaluates at once, 1 if unknown."""
     return int(getattr(executor, "num_workers", None) or getattr(executor, "_max_workers", None) or 1)
 
 
 def _finished(futures: Iterable[Any]) -> Iterator[Any]:
-    """Futures as they come to an end."""
+    """Futures in the order of completion."""
     waiting = list(futures)
     while waiting:
         done = [future for future in waiting if future.done()]
@@ -224,10 +223,10 @@ def duration(seconds: float) -> str:
 
 
 class _Progress:
-    """A bar on rank 0 that knows how much work each case is; with a folder of claims it counts those of all ranks.
+    """A progress bar on rank 0, weighted by the work of each case; with a folder of claims it counts all ranks' cases.
 
-    How long all cases take is said as soon as the first one shows its pace, and again after it, for logs too; the bar
-    goes on with it after each.
+    The total time is estimated and printed as soon as the first case shows its pace, and again after it, for logs too;
+    the bar updates the estimate after each case.
     """
 
     def __init__(self, work: dict[int, float], ranks: int = 1):
@@ -241,7 +240,7 @@ class _Progress:
         return self
 
     def watching(self, i: int) -> AbstractContextManager[None]:
-        """Around the case i: the first one is watched."""
+        """Context for evaluating case i; the first case is timed."""
         watched = not self._done and len(self._work) > 1 and not self._bar.disable
         return pace.watched(partial(self._expect, i)) if watched else nullcontext()
 
@@ -250,20 +249,20 @@ class _Progress:
             self._bar.console.print(f"{len(self._work)} cases: about {duration(whole)}, by the first steps.")
 
     def sent(self, workers: int) -> None:
-        """Say how long workers that show no steps will take, by work that is in seconds."""
+        """Print the estimated time for workers that report no progress, from work in seconds."""
         if (whole := self._all / min(workers, max(len(self._work), 1))) >= ANNOUNCED:
             at_once = f", {workers} at once" if workers > 1 else ""
             text = f"{len(self._work)} cases{at_once}: about {duration(whole)}, by their steps, elements and waves."
             self._bar.console.print(text)
 
     def _left(self, i: int, seconds: float) -> float:
-        """Time for all but the case i, which takes so many seconds; no rank takes part of a case."""
+        """Estimated time for all cases but i, which takes this many seconds; ranks take whole cases."""
         others = len(self._work) - 1
         share = math.ceil(others / self._ranks) / max(others, 1)
         return seconds * (self._all / self._work[i] - 1) * share
 
     def done(self, i: int, claims: Path | None = None) -> None:
-        """Count the case i, and now and then those that the other ranks have taken."""
+        """Count case i, and occasionally those claimed by other ranks."""
         if self._bar.disable:
             return
         if not self._done:
@@ -282,7 +281,7 @@ class _Progress:
 
 
 def _claim(path: Path) -> bool:
-    """True if this rank is the first to claim it: a file is created by one process only."""
+    """True if this rank is the first to claim a case; only one process can create the file."""
     try:
         path.touch(exist_ok=False)
     except FileExistsError:
@@ -308,7 +307,7 @@ def _raise_together(comm: Any, function: Callable[..., None], *arguments: Any) -
 
 @cache
 def fingerprint() -> str:
-    """Changes with the sources and the shipped scenes: what another program computed does not count."""
+    """Digest of the sources and the shipped scenes, so that results of other versions are ignored."""
     roots = [Path(__file__).parents[1], *(Path(m.__file__).parent for m in (forms, meshes))]  # apart in a source tree
     files = sorted({file for root in roots for kind in ("*.py", "*.toml") for file in root.rglob(kind)})
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
@@ -320,5 +319,5 @@ def key(case: Row) -> str:
 
 
 def with_file(case: Row, folder: Path, name: str) -> Row:
-    """The case, and with it a file of its own for what it keeps in addition to its result."""
+    """The case with the name of a file for data in addition to its result."""
     return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}

@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM, noted as well as raised.
+"""Ctrl-C and SIGTERM, recorded as well as raised.
 
-KeyboardInterrupt comes at any instruction.  In a finaliser, or in a callback of a library, it is lost or turned into
-another error; the note remains.
+KeyboardInterrupt may occur at any instruction.  In a finaliser, or in a callback of a library, it is lost or turned
+into another error; the record remains.
 """
 
 import signal
@@ -12,11 +12,11 @@ _received = _held = False
 
 
 class TimeUp(KeyboardInterrupt):
-    """An interruption that was announced: a time limit is reached."""
+    """Interruption because a time limit is reached."""
 
 
 def listen() -> None:
-    """From now on both signals raise KeyboardInterrupt and are noted."""
+    """Make both signals raise KeyboardInterrupt and be recorded from now on."""
     global _received
     _received = False
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -24,7 +24,7 @@ def listen() -> None:
 
 
 def ignore() -> None:
-    """From now on both signals do nothing."""
+    """Ignore both signals from now on."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
 
@@ -38,7 +38,7 @@ def _interrupt(signum: int, frame: object) -> None:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Inside, the first of them is only noted, so that what is being done can be brought to a good end."""
+    """Inside the block, only record the first signal, so that the current operation can be completed."""
     global _held
     _held = True
     try:
@@ -48,11 +48,11 @@ def held() -> Iterator[None]:
 
 
 def received() -> bool:
-    """True if one came since `listen`."""
+    """True if a signal has come since `listen`."""
     return _received
 
 
 def check() -> None:
-    """Raise KeyboardInterrupt if a signal came, perhaps once more."""
+    """Raise KeyboardInterrupt, possibly again, if a signal has come."""
     if _received:
         raise KeyboardInterrupt

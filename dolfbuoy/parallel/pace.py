@@ -1,20 +1,20 @@
-"""The time that a run will take, known after its first steps, for who waits for many of them.
+"""Estimated duration of a run after its first steps, used when many runs are to follow.
 
-`Simulation.run` says how far it is; of most runs nobody wants to know.
+`Simulation.run` reports its progress; for most runs there is no Watch.
 """
 
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: Seconds, and part of a run, of which one is enough to know its pace.
+#: Seconds, or fraction of a run, sufficient to estimate its pace.
 ENOUGH, PART = 0.5, 0.1
 
 
 class Watch:
-    """Waits for a run to show its pace; told(seconds) is called then, with how long it takes, and what came before it.
+    """Timer of a run; told(seconds) is called once with its estimated duration, including the time before it.
 
-    runs: how many like it are to follow each other.
+    runs: number of similar runs in sequence.
     """
 
     def __init__(self, told: Callable[[float], None]):
@@ -23,7 +23,7 @@ class Watch:
         self.runs = 1
 
     def reached(self, step: int, steps: int) -> None:
-        """After `step` of so many; the first is no measure, it may compile."""
+        """Report that `step` of `steps` is done; the first one is not timed, because it may include compilation."""
         global watch
         now = clock.monotonic()
         if self._first is None:
@@ -35,13 +35,13 @@ class Watch:
             self._told(self.runs * (self._first[1] - self._begin + since / done * (steps - self._first[0])))
 
 
-#: Who wants to know, if anybody.
+#: The active Watch, if any.
 watch: Watch | None = None
 
 
 @contextmanager
 def watched(told: Callable[[float], None]) -> Iterator[None]:
-    """Inside, the first run of several steps tells how many seconds it takes, with what comes before it."""
+    """Inside the block, the first run of several steps calls told(seconds) with its duration and what precedes it."""
     global watch
     watch = Watch(told)
     try:

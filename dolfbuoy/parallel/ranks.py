@@ -1,4 +1,4 @@
-"""One output of several MPI ranks: by the first, one message for an error, no rank left waiting."""
+"""Output and errors of several MPI ranks: only the first prints, one message per error, no rank is left waiting."""
 
 import os
 import signal
@@ -9,11 +9,11 @@ from typing import Any
 
 from ..errors import InputError
 
-_TAG = 4711  # of "I have ended", apart from whatever else is under way between the ranks
+_TAG = 4711  # tag of "I have ended", distinct from all other messages between ranks
 
 
 def only_first_speaks() -> None:
-    """Silence what Python prints on any rank but 0 from now on; `end` still prints."""
+    """Silence Python output on all ranks but 0 from now on; `end` still prints."""
     if rank() != 0:
         sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  # until the process ends
 
@@ -25,13 +25,13 @@ def several() -> bool:
 
 
 def rank() -> int:
-    """Rank of this process; 0 where mpi4py is not installed."""
+    """Rank of this process; 0 if mpi4py is not installed."""
     comm = _world()
     return 0 if comm is None else comm.rank
 
 
 def _world() -> Any:
-    """All ranks; None without mpi4py, with which goes whatever needs several."""
+    """Communicator of all ranks; None without mpi4py."""
     try:
         from ..elsewhere import MPI
     except ImportError:
@@ -40,32 +40,32 @@ def _world() -> Any:
 
 
 def allreduce(comm: Any, value: Any, op: Any) -> Any:
-    """allreduce; one rank alone keeps its value, since the call alone takes as long as the kernels of a short cable."""
+    """allreduce, skipped on a single rank, because the call takes as long as the kernels of a short cable."""
     return value if comm.size == 1 else comm.allreduce(value, op=op)
 
 
 def bcast(comm: Any, value: Any, root: int = 0) -> Any:
-    """bcast; one rank alone keeps its value."""
+    """bcast, skipped on a single rank."""
     return value if comm.size == 1 else comm.bcast(value, root=root)
 
 
 def end(say: Callable[[], None], code: int) -> None:
     """Leave the program with an error; does not return.
 
-    say: prints the message to standard error; called on one rank.  Every rank that fails comes here.  When all ranks
-    do within a second or so, each exits with the code; otherwise the others may be waiting for this one in a
-    collective call that will never come, and the lowest rank that failed aborts them.
+    say: prints the message to standard error; called on one rank.  Every failing rank calls this.  If all ranks do
+    within a second or so, each exits with the code; otherwise the others may be waiting in a collective call for this
+    one, and the lowest rank that failed aborts them.
     """
     try:
         comm = _world()
-    except InputError:  # MPI cannot start, which is the error to be shown
+    except InputError:  # MPI cannot start, which is the error to report
         comm = None
     if comm is None:
         say()
         sys.exit(code)
     if comm.size > 1:
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)  # what can still come is the end itself
+            signal.signal(number, signal.SIG_IGN)  # only the abort itself can still come
     together = _all_ended(comm)
     if comm.rank == 0 or not together:
         if comm.rank != 0:
@@ -78,7 +78,7 @@ def end(say: Callable[[], None], code: int) -> None:
 
 
 def _all_ended(comm: Any) -> bool:
-    """True if all ranks have come to their end before this one loses patience; the lowest loses it first."""
+    """True if all ranks have ended before a timeout of this one, which is shortest on the lowest rank."""
     others = [rank for rank in range(comm.size) if rank != comm.rank]
     requests = [comm.isend(None, rank, _TAG) for rank in others]
     deadline = time.monotonic() + 1.0 + min(0.5 * comm.rank, 10.0)

@@ -1,8 +1,8 @@
-"""Results of cases on disk: lines that are only ever added, in one file of each process that computes.
+"""Results of cases on disk, in append-only files, one for each computing process.
 
-A line is a checksum and a JSON object {"key", "program", "attempt", "result"}; of a key the latest attempt counts.  A
-process that is killed leaves at most one torn line at the end of its file, which counts for nothing and is cut off by
-the next one that writes there.  A line that is damaged counts for nothing too: its case is computed again.
+A line is a checksum and a JSON object {"key", "program", "attempt", "result"}; the latest attempt of a key counts.  A
+killed process leaves at most one incomplete line at the end of its file, which is ignored, and removed by the next
+process writing there.  Damaged lines are ignored too: their cases are computed again.
 """
 
 import json
@@ -15,13 +15,13 @@ from typing import Any, BinaryIO, NamedTuple
 from ..writing import appending, replacing
 
 SUFFIX = ".jsonl"
-#: What a line begins with, and what stands before its result, as `Writer` writes them.
+#: Beginning of a line, and the part before its result, as written by `Writer`.
 _LINE = re.compile(rb'^[0-9a-f]{8} \{"key":', re.MULTILINE)
 _HEAD = re.compile(rb'\{"key":"([^"\\]*)","program":"([^"\\]*)","attempt":(\d+),"result":')
 
 
 class Entry(NamedTuple):
-    """Place of a result: its line begins there."""
+    """Place of a result: attempt, file and offset of its line."""
 
     attempt: int
     file: Path
@@ -29,10 +29,10 @@ class Entry(NamedTuple):
 
 
 class Store:
-    """Results of one program in the files below a folder; read through once, when it is made.
+    """Results of one program in the files below a folder, which are scanned once, on creation.
 
-    Results stay on the disk until they are read: thousands of them are more than many processes can hold at once.
-    entries: key -> Entry.  damaged: sentences about files with damaged lines.  foreign: results of another program.
+    Results remain on disk until requested: thousands of them would not fit in the memory of many processes.
+    entries: key -> Entry.  damaged: messages about files with damaged lines.  foreign: results of another program.
     """
 
     def __init__(self, folder: Path, program: str):
@@ -49,7 +49,7 @@ class Store:
         return next(self.results([key]))
 
     def results(self, keys: list[str] | None = None) -> Iterator[dict[str, Any] | None]:
-        """Results of these cases, or of all that there are."""
+        """Results of these cases, or of all."""
         opened, file = None, None
         try:
             for key in self.entries if keys is None else keys:
@@ -95,7 +95,7 @@ class Writer:
         self._file: BinaryIO | None = None
 
     def add(self, key: str, result: dict[str, Any], attempt: int = 0) -> None:
-        """Bring a result to the disk.  Raises OSError."""
+        """Write a result to disk.  Raises OSError."""
         entry = {"key": key, "program": self._program, "attempt": attempt, "result": result}
         text = json.dumps(entry, separators=(",", ":")).encode()
         self._file = self._file or self._opened()
@@ -103,9 +103,9 @@ class Writer:
         self._file.flush()
 
     def _opened(self) -> BinaryIO:
-        """Without lines that are torn or damaged, which leave by one atomic step.
+        """Open the file after atomically removing incomplete or damaged lines.
 
-        A file of the user's, without any line of a store, is left alone: the next path like it is taken.
+        A user's file without any line of a store is left alone, and the next similar path is used.
         """
         self._path.parent.mkdir(parents=True, exist_ok=True)
         path, number = self._path, 0
@@ -120,13 +120,13 @@ class Writer:
         return appending(self._path)
 
     def close(self) -> None:
-        """Nothing is added any more."""
+        """Close the file."""
         if self._file is not None:
             self._file.close()
 
 
 def _heads(file: Path) -> Iterator[tuple[int, re.Match[bytes] | None]]:
-    """(place, head) of the lines of a file, None for a damaged one; a torn line at the end is left out."""
+    """(place, head) of the lines of a file, None for a damaged one; an incomplete last line is left out."""
     with open(file, "rb") as lines:
         place = 0
         for line in lines:
