@@ -3,8 +3,8 @@
     from dolfbuoy import load_scene, simulate, solve_static
     record = simulate(load_scene("short"), time={"end": 5.0})
 
-The model and the reading of the paper's ambiguous places are described in forms/README.md and in the docstrings of
-`dolfbuoy.forms`.
+The model and the interpretation of ambiguous passages of the paper are described in forms/README.md and in the
+docstrings of `dolfbuoy.forms`.
 """
 
 import importlib
@@ -13,7 +13,7 @@ from .elsewhere import elsewhere
 from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
-#: The interface by its module, imported at first use.
+#: Functions of the interface and their modules, imported at first use.
 _OF_API = dict.fromkeys(("offsets", "periodic", "simulate", "solve_static", "wave_components"), "api")
 _OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
 _OF_API |= {"check": "check", "show": "page.folder"}
@@ -27,14 +27,14 @@ def __dir__():
 
 
 def __getattr__(name):
-    """The interface is imported at first use: `import dolfbuoy` alone does not start MPI."""
+    """Import the interface at first use: `import dolfbuoy` alone does not start MPI."""
     if name == "load_scene":
         from .scene import load_scene
 
         return load_scene
     if name in _OF_API:
         try:
-            with elsewhere():  # libraries are started
+            with elsewhere():  # this starts libraries
                 module = importlib.import_module(f".{_OF_API[name]}", __name__)
         except ImportError as error:
             from .errors import missing

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Interval of the shapes that are recorded of a limit cycle, unless the scene gives one; of its period.
+#: Interval of recorded shapes in a limit cycle, unless the scene gives one, as a fraction of the period.
 FRAMES = 1 / 24
 
 
@@ -40,9 +40,9 @@ def solve_static(
 ) -> "xr.Dataset":
     """Equilibrium in the mean current, wind and external force, without waves.
 
-    out: folder for static.nc and static.toml; what it holds of the same scene is read, of another it is replaced with
-    `overwrite` only.  Returns the record of `results` without time (complete on rank 0).
-    Raises InputError for an impossible scene or a folder with something else in it, SolveError when the solve fails.
+    out: folder for static.nc and static.toml; a record of the same scene there is read, one of another is replaced only
+    with `overwrite`.  Returns the record of `results` without time (complete on rank 0).
+    Raises InputError for an impossible scene or a folder with other contents, SolveError if the solve fails.
     """
     scene = load_scene(scene, **overrides)
     if out is None:
@@ -85,13 +85,13 @@ def offsets(
     buoys=None,
     **overrides,
 ) -> "xr.Dataset":
-    """Equilibria under a growing horizontal load from many sides: positions, tensions, and what goes slack or under.
+    """Equilibria under a growing horizontal load in many directions: positions, tensions, slack lines, sunk buoys.
 
-    load: "force" [N], added to the scene's external force, or "current" [m/s], in its place.  buoys: names of those
-    that the force acts on, each with all of it (default: all).  out: folder for offsets.nc.  Returns what a record says
-    of an equilibrium over directions and sizes (complete on rank 0), with offsets from where the buoy rests without any
-    current, wind and external force; where there is none, `found` is False.  Raises InputError for an impossible scene
-    or one without a moored buoy.
+    load: "force" [N], added to the scene's external force, or "current" [m/s], which replaces the scene's.  buoys:
+    names of those on which the force acts, in full on each (default: all).  out: folder for offsets.nc.  Returns the
+    quantities of an equilibrium over directions and sizes (complete on rank 0), with offsets from the equilibrium
+    without current, wind and external force; if none is found, `found` is False.  Raises InputError for an impossible
+    scene or one without a moored buoy.
     """
     scene = load_scene(scene, **overrides)
     folders.make_ready(out, "offsets", scene, comm)
@@ -125,14 +125,14 @@ def simulate(
 ) -> "xr.Dataset":
     """Run a scene in time and return its record (complete on rank 0).
 
-    out: folder for results.nc, scene.toml and checkpoint.npz, written as the run goes.  The finished record of the same
-    scene that is there already is read instead; that of another scene, or of a run that was stopped, is replaced with
-    `overwrite` only, as soon as the new one begins, and what is not dolfbuoy's never.  progress: called after each step
-    with the Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a run that was
-    stopped, instead of scene and out; only `time__end` may then be changed.  It goes on as if it had not been stopped.
-    Raises InputError for an impossible scene, folder or resumption, SolveError when a step fails for good, NoResult
-    when most of them had to be retried with smaller ones, NotAccurate when an accuracy was not reached, OSError when
-    nothing can be written; everything computed until then is on disk.  Warns when many steps were retried.
+    out: folder for results.nc, scene.toml and checkpoint.npz, written during the run.  A finished record of the same
+    scene there is read instead; that of another scene, or of a stopped run, is replaced only with `overwrite`, as soon
+    as the new run begins; files not from dolfbuoy are never replaced.  progress: called after each step with the
+    Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a stopped run, instead of scene
+    and out; only `time__end` may then be changed.  It continues as if it had not been stopped.
+    Raises InputError for an impossible scene, folder or resumption, SolveError if a step fails for good, NoResult if
+    most steps had to be retried with smaller ones, NotAccurate if the accuracy was not reached, OSError if nothing can
+    be written; everything computed until then is on disk.  Warns if many steps were retried.
     """
     if resume is not None:
         ends = [value for key, value in overrides.items() if key.replace("__", ".") == "time.end"]
@@ -163,12 +163,12 @@ def simulate(
 def periodic(
     scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, accuracy=1e-4, most=1000, **overrides
 ) -> "xr.Dataset":
-    """One period of the limit cycle of a scene that regular waves or the motion of an end drive, without its transient.
+    """One period of the limit cycle of a scene driven by regular waves or a moving end, without its transient.
 
-    As many steps as the scene's step goes into the period, from t = 0 on, with the phase of the waves there.  accuracy:
-    of forces at the ends and of the lines' points, relative to their ranges, as estimated (`cycle_error`); most:
-    periods to be run.  out: folder for periodic.nc.  On one rank.  Raises InputError for a scene that has no cycle,
-    SolveError where none is found.
+    The period is divided into equal steps, none larger than the scene's, from t = 0 on, with the wave phase there.
+    accuracy: estimated error of end forces and points of lines relative to their ranges (`cycle_error`); most: largest
+    number of periods run.  out: folder for periodic.nc.  On one rank.  Raises InputError for a scene that has no cycle,
+    SolveError if none is found.
     """
     scene = in_equal_steps(load_scene(scene, **overrides))
     if comm.size > 1:
@@ -194,9 +194,9 @@ def periodic(
 
 
 def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Dataset":
-    """The components that a scene's waves are made of, eta = sum a cos(k.x - omega t + phase), over `component`.
+    """The components of a scene's waves, eta = sum a cos(k.x - omega t + phase), over `component`.
 
-    amplitude [m], period [s] (as `waves.period_seen_from` says), direction_deg (towards, from x), phase_deg.
+    amplitude [m], period [s] (in the frame of `waves.period_seen_from`), direction_deg (towards, from x), phase_deg.
     Raises InputError for an impossible scene or one without waves.
     """
     import xarray as xr
@@ -210,7 +210,7 @@ def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Data
 
 
 def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
-    """From the start, a state or a Checkpoint to the end; control: of the steps, by default as the scene wants it."""
+    """Run from the start, a state or a Checkpoint to the end; control: step control, by default that of the scene."""
     if point is None or not point.complete:
         simulation = Simulation(scene, comm, state=point.states[comm.rank] if point else state)
         simulation.control = control or simulation.control
@@ -235,7 +235,7 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
 
 
 def _corrected(scene):
-    """Maker of the trajectory without the error of the steps, if the scene asks for it and can have one."""
+    """Factory of the trajectory corrected for the error of time steps, if requested by the scene and possible."""
     if scene.accuracy is None or scene.accuracy.estimate not in ("time", "both"):
         return None
     from .accuracy.companion import followed
@@ -247,7 +247,7 @@ def _corrected(scene):
 
 
 def _with_bars(record, scene, folder, comm):
-    """The record of a finished run, with error bars if the scene asks for them."""
+    """The record of a finished run, with error bars if requested by the scene."""
     if scene.accuracy is None or scene.accuracy.estimate == "none" or bcast(comm, "bar" in record):
         return record
     from .accuracy import bars, companion
@@ -267,16 +267,16 @@ def _with_bars(record, scene, folder, comm):
 
 
 def _tried(scene, comm, pool):
-    """The record of a run that is only compared with, or why it failed."""
+    """The record of a run used only for comparison, or the error if it failed."""
     try:
         return _quietly(scene, comm, pool)
     except SolveError as error:
-        pool.clear()  # what broke off may have left a problem in any state
+        pool.clear()  # the failed run may have left a problem in an undefined state
         return error
 
 
 def _accurate(scene, folder, comm, progress):
-    """The record of a run with settings whose bars are within the scene's target.  Raises NotAccurate if none are."""
+    """The record of a run with settings whose error bars meet the scene's target.  Raises NotAccurate if none do."""
     from .accuracy import target
 
     pool = Pool()
@@ -297,7 +297,7 @@ def _accurate(scene, folder, comm, progress):
 
 
 def _quietly(scene, comm, pool):
-    """The series of a run that is only compared with; of its own steps the comparison takes care."""
+    """The series of a run used only for comparison, without error bars of its own."""
     simulation = Simulation(load_scene(scene, accuracy=None), comm, pool=pool)
     recorder = Unwritten(simulation)
     for step, iterations in simulation.run():
@@ -308,7 +308,7 @@ def _quietly(scene, comm, pool):
 
 
 def _put(record, bars, scene, folder):
-    """The record with bars, in the file too."""
+    """Add error bars to the record, and to the file."""
     from .accuracy.bars import dataset_of
 
     found = dataset_of(*bars, scene)

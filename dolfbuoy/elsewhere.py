@@ -1,9 +1,9 @@
-"""Libraries that look for settings in the current folder are started in another one.
+"""Start of libraries outside the current folder, in which they would look for settings.
 
-A folder may come from a stranger.  PETSc (petscrc, petsc.cfg), UCX of MPI (ucx.conf), dolfinx and FFCx
+A folder may come from an untrusted source.  PETSc (petscrc, petsc.cfg), UCX of MPI (ucx.conf), dolfinx and FFCx
 (dolfinx_jit_options.json, ffcx_options.json), netCDF (.ncrc, .dodsrc, .daprc) and matplotlib (matplotlibrc) each read
-a file there when they start; some of these files make them run code.  Files of the user's own home and environment
-count as they always do.
+a file there when they start; some of these files can make them run code.  Files in the user's home and the environment
+are used as always.
 """
 
 import gc
@@ -20,10 +20,10 @@ from .errors import InputError
 
 @contextmanager
 def quick_start() -> Iterator[None]:
-    """Load libraries and build forms in less time: a seventh of a start.
+    """Load libraries and build forms faster: this saves a seventh of the start-up time.
 
-    What they make stays, so that nothing is gained by looking for garbage in it; and of 85,000 functions of PETSc's
-    libraries few are ever called: each is looked up when it is.
+    Garbage collection is off, because the objects created are permanent; and few of the 85,000 functions of PETSc's
+    libraries are ever called, so each is bound at its first call.
     """
     collecting, flags = gc.isenabled(), sys.getdlopenflags()
     gc.disable()
@@ -33,8 +33,8 @@ def quick_start() -> Iterator[None]:
     finally:
         sys.setdlopenflags(flags)
         if collecting:
-            if not gc.get_freeze_count():  # else what the host has frozen would thaw
-                gc.freeze()  # with the next line: all is old, without a look at it
+            if not gc.get_freeze_count():  # else objects frozen by the host program would be unfrozen
+                gc.freeze()  # with the next line: moves all objects to the oldest generation
                 gc.unfreeze()
             gc.enable()
 
@@ -60,22 +60,22 @@ def __getattr__(name: str) -> ModuleType:
         _check_temporary_folder()
     with elsewhere(), _alone():
         library = importlib.import_module("mpi4py.MPI" if name == "MPI" else name)
-        if name == "netCDF4":  # starts with the first file
+        if name == "netCDF4":  # starts on opening the first file
             with suppress(OSError):
                 library.Dataset("/")
     globals()[name] = library
     return library
 
 
-#: Settings of Open MPI for a process alone, which needs no daemon and no network: 0.2 s of a start each.
+#: Settings of Open MPI for a single process, which needs no daemon and no network: each saves 0.2 s.
 _ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
 
 
 @contextmanager
 def _alone() -> Iterator[None]:
-    """_ALONE is in the environment meanwhile, unless mpirun or srun started this process; the user's own settings stay.
+    """Set _ALONE in the environment meanwhile, unless started by mpirun or srun; the user's own settings take priority.
 
-    Not longer: what is started from here may be several, and mpirun would pass it on to them.
+    Only meanwhile, because this process may start others in parallel, to which mpirun would pass the settings on.
     """
     several = {"PMIX_RANK", "PMI_RANK"} & os.environ.keys()
     ours = {} if several else {name: value for name, value in _ALONE.items() if name not in os.environ}
@@ -88,7 +88,7 @@ def _alone() -> Iterator[None]:
 
 
 def _check_temporary_folder() -> None:
-    """Raise InputError where Open MPI would end the process with a page of text."""
+    """Raise InputError if Open MPI would end the process with a page of text."""
     given = next(((name, os.environ[name]) for name in ("TMPDIR", "TEMP", "TMP") if os.environ.get(name)), None)
     if given is None:
         return

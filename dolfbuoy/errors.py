@@ -1,4 +1,4 @@
-"""The ways in which a run can end badly."""
+"""Errors that a run can end with."""
 
 import importlib
 import re
@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What dolfbuoy calls and pip does not bring: packages of the system, all of one build.
+#: Dependencies not installed by pip: system packages, all from one build.
 OF_THE_SYSTEM = ("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "mpi4py", "h5py")
 
-#: Debian 13: dolfinx itself looks for what it needs, and lists what it does not find.
+#: Debian 13: dolfinx itself checks its dependencies, and lists missing ones.
 LISTED = r"^\* (\w+) is "
 
 
 def printable(text: str) -> str:
-    """Text from outside as it may go to a terminal: what is no character to be seen is written as an escape."""
+    """External text made safe for a terminal: non-printable characters are escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class InputError(ValueError):
-    """The scene or the command asks for something that is not possible; one sentence, exit code 2.
+    """The scene or command requests something impossible; one sentence, exit code 2.
 
-    The sentence may quote names and values of a stranger; control characters in them are escaped.
+    The sentence may quote names and values from untrusted input; control characters in them are escaped.
     """
 
     def __init__(self, sentence: object) -> None:
@@ -35,7 +35,7 @@ class SolveError(RuntimeError):
 
 
 class NoResult(SolveError):
-    """A run that came to its end and means nothing; record: what it has recorded."""
+    """A finished run whose results are meaningless; record: its record."""
 
     def __init__(self, sentence: str, record: "xr.Dataset | None" = None) -> None:
         super().__init__(sentence)
@@ -43,7 +43,7 @@ class NoResult(SolveError):
 
 
 class NotAccurate(SolveError):
-    """An accuracy that was asked for was not reached; record: of the last run, with its bars; exit code 4."""
+    """The requested accuracy was not reached; record: that of the last run, with its error bars; exit code 4."""
 
     def __init__(self, sentence: str, record: "xr.Dataset | None" = None) -> None:
         super().__init__(sentence)
@@ -64,8 +64,8 @@ def missing(error: ImportError) -> "InputError | None":
 
 
 def _causes(error: ImportError) -> Iterator[ImportError]:
-    """The failed imports that one without a name is due to."""
-    if isinstance(error.__cause__, ImportError):  # of a compiled module
+    """The failed imports that caused an ImportError without a name."""
+    if isinstance(error.__cause__, ImportError):  # from a compiled module
         yield error.__cause__
     for name in re.findall(LISTED, str(error), flags=re.MULTILINE):
         try:

@@ -1,4 +1,4 @@
-"""The Python interface: `modes`, `stiffness`, `response`; apart from `api`, as a run in time needs none of it."""
+"""The Python interface: `modes`, `stiffness`, `response`; separate from `api`, as a run in time does not need it."""
 
 import math
 from pathlib import Path
@@ -23,9 +23,9 @@ from .scene import Scene, load_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Of the linear response, unless others are given [s].
+#: Default periods of the linear response [s].
 PERIODS = np.concatenate([np.arange(2.0, 12.0, 0.25), np.arange(12.0, 30.5, 1.0)])
-#: Modes at most: all of a long line take hours, and the fastest are those of its elements.
+#: Largest number of modes: all those of a long line take hours, and the fastest are artefacts of its elements.
 MOST_MODES = 500
 
 
@@ -40,11 +40,11 @@ def modes(
 ) -> "xr.Dataset":
     """Natural modes about the equilibrium in the mean current, wind and external force, the slowest first.
 
-    number: of modes, a pair of conjugates once, MOST_MODES at most; fewer if there are not as many.  out: folder for
-    modes.nc.  direction_deg: of surge and roll, from x.  oscillating: only modes that have a period.  Returns
-    eigenvalues, damping, names and shapes (complete on rank 0); beside a line that is slack only those of buoys, which
-    `notes` says (on one rank).  Raises InputError for an impossible scene, or for a
-    state with a line that is slack or kinked; SolveError if the equilibrium or the modes are not found.
+    number: number of modes, conjugate pairs counted once, at most MOST_MODES; fewer if there are not as many.  out:
+    folder for modes.nc.  direction_deg: direction of surge, from x.  oscillating: only modes with a period.  Returns
+    eigenvalues, damping, names and shapes (complete on rank 0); if a line is slack, only those of buoys, as stated in
+    `notes` (on one rank).  Raises InputError for an impossible scene, or for a state with a slack or kinked line;
+    SolveError if the equilibrium or the modes are not found.
     """
     if not 1 <= number <= MOST_MODES:
         raise InputError(f"number = {number}: must be from 1 to {MOST_MODES}.")
@@ -72,10 +72,10 @@ def modes(
 
 
 def stiffness(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> "xr.Dataset":
-    """Restoring matrices (6, 6) at the equilibrium: of buoys about C, of the mooring, of the hull, and of both; of the
-    mooring of vessels, which are held, about their reference points.
+    """Restoring matrices (6, 6) at equilibrium: for buoys about C, due to the mooring, the hull, and both; for vessels,
+    which are held, about their reference points, due to the mooring.
 
-    Forces [N] and torques [N m] that hold a displacement of 1 m or a turn of 1 rad, in world axes.  out: folder for
+    Forces [N] and torques [N m] that hold a displacement of 1 m or a rotation of 1 rad, in world axes.  out: folder for
     stiffness.nc.  Raises InputError for an impossible scene or one without a buoy or vessel, SolveError if the
     equilibrium is not found or a line is slack.
     """
@@ -107,11 +107,11 @@ def response(
 ) -> "xr.Dataset":
     """Linear response to waves: amplitudes per metre over periods [s] (default: 2 to 30 s), and to an irregular sea.
 
-    height: of regular waves [m], for whose velocities the drag is linearised too.  sea: (significant height [m], peak
-    period [s], gamma, s of its spreading or None) of a JONSWAP sea; by default the scene's, if it is irregular.
-    direction_deg: of the waves (of an irregular sea the main one), by default the scene's.  out: folder for
-    response.nc.  Complete on rank 0, which alone computes it.  Raises InputError for an impossible scene, SolveError if
-    the equilibrium is not found or the drag does not settle.
+    height: height of regular waves [m], for which drag is also linearised.  sea: (significant height [m], peak period
+    [s], gamma, spreading exponent s or None) of a JONSWAP sea; by default the scene's, if irregular.  direction_deg:
+    (main) direction of the waves, by default the scene's.  out: folder for response.nc.  Complete on rank 0, which
+    alone computes it.  Raises InputError for an impossible scene, SolveError if the equilibrium is not found or the
+    drag does not converge.
     """
     scene = load_scene(scene, **overrides)
     check_periods("periods =", PERIODS if periods is None else periods)

@@ -1,6 +1,6 @@
-"""Roots of functions of one variable: scipy's brentq, to the last bit.
+"""Roots of functions of one variable, identical to scipy's brentq to the last bit.
 
-Importing scipy.optimize takes longer than most starts have left to do.  Source: Brent 1973, as in scipy's brentq.c.
+Importing scipy.optimize takes longer than the rest of most starts.  Source: Brent 1973, as in scipy's brentq.c.
 """
 
 import contextlib
@@ -14,7 +14,7 @@ RTOL = 4 * 2.0**-52
 def brentq(
     f: Callable[[float], Any], a: float, b: float, xtol: float = 2e-12, rtol: float = RTOL, maxiter: int = 100
 ) -> float:
-    """The root of f between a and b, where its signs differ, to xtol + rtol |root|.
+    """The root of f between a and b, at which its signs differ, to within xtol + rtol |root|.
 
     Raises ValueError for equal signs or a value that is NaN, RuntimeError after `maxiter` iterations.
     """
@@ -37,7 +37,7 @@ def brentq(
         delta, half = (xtol + rtol * abs(x)) / 2, (x_other - x) / 2
         if f_x == 0 or abs(half) < delta:
             return x
-        tried = math.inf  # the next step: a secant, an inverse parabola, or half of what is left
+        tried = math.inf  # the next step: secant, inverse quadratic interpolation, or bisection
         if abs(step_pre) > delta and abs(f_x) < abs(f_pre):
             with contextlib.suppress(ZeroDivisionError):
                 if x_pre == x_other:

@@ -1,4 +1,4 @@
-"""The version of dolfbuoy, and the date that results are stamped with."""
+"""The version of dolfbuoy, and the time stamp of results."""
 
 import time
 
@@ -6,5 +6,5 @@ __version__ = "0.3.0"
 
 
 def now() -> str:
-    """Universal time, as in ISO 8601."""
+    """Present universal time in ISO 8601 format."""
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())

@@ -1,6 +1,6 @@
-"""Writing of files: in a fresh file next to their place, which takes it at the end in one atomic step.
+"""Atomic writing of files: a new file beside the target is written and finally renamed to it.
 
-So a file is always whole, the old or the new one, and no link that a stranger has prepared in a folder is followed.
+So a file is always complete, the old or the new one, and no link prepared by others in a folder is followed.
 """
 
 import errno
@@ -15,14 +15,14 @@ from .errors import InputError
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Name of a fresh file beside `path` that takes its place at the end.
+    """Name of a new file beside `path` that replaces it at the end.
 
-    Raises OSError with `path` and the system's reason when it cannot be written.
+    Raises OSError with `path` and the system's reason if it cannot be written.
     """
     path = Path(path)
     part = path.with_name(f".{path.name}.part")
     try:
-        part.unlink(missing_ok=True)  # of a process that was killed, or a link
+        part.unlink(missing_ok=True)  # left by a killed process, or a link
         os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666))
         try:
             yield part
@@ -31,7 +31,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
     except OSError as error:
         raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(path)) from error
-    except RuntimeError as error:  # netCDF4, for whatever HDF5 runs into
+    except RuntimeError as error:  # netCDF4, for any HDF5 error
         raise OSError(errno.EIO, str(error), str(path)) from error
 
 
@@ -42,14 +42,14 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def appending(path: str | Path) -> BinaryIO:
-    """A file, open for what is added at its end.  Raises OSError, for a link too."""
+    """A file opened for appending.  Raises OSError, for a link too."""
     return os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o666), "ab")
 
 
 def made(folder: str | Path, *names: str) -> Path:
-    """A folder, and folders within each other below it, made if they are not there; returns the last.
+    """Create a folder and nested folders below it if they do not exist; returns the last.
 
-    Raises InputError if one of `names` is a link, OSError.
+    Raises InputError if one of `names` is a link, OSError if one cannot be created.
     """
     path = Path(folder)
     path.mkdir(parents=True, exist_ok=True)
@@ -60,7 +60,7 @@ def made(folder: str | Path, *names: str) -> Path:
     return path
 
 
-#: What to do about a link among the folders that no option has named.
+#: Advice about a link among folders that were not given by an option.
 GIVEN = "give --out to write there"
 
 
@@ -71,7 +71,7 @@ def refuse_link(path: str | Path, instead: str = "remove it, or take another fol
 
 
 def refuse_present(files: Iterable[Path], overwrite: bool = False) -> None:
-    """Raise InputError if one of the files is there already, unless they may be overwritten."""
+    """Raise InputError if one of the files exists, unless they may be overwritten."""
     found = next((file for file in files if os.path.lexists(file)), None)
     if found is not None and not overwrite:
         raise InputError(f"{found} would be replaced: move it away, take another name, or give --overwrite.")

@@ -225,7 +225,7 @@ class Lines(Layout, Masses):
         return self._forces_of_water(self.cable, r, form.Point(form.tangent(r), r_t, r_tt))
 
     def wet_part(self) -> Expr | None:
-        """Submerged fraction of the line; None if the lines stay submerged."""
+        """Submerged fraction of the line; None if forces of the water do not end at the surface."""
         if not self._surfaces:
             return None
         r, (points, _) = self.kinematics()[0], compat.interval_quadrature(self._degree)

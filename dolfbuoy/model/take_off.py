@@ -208,10 +208,10 @@ class TakeOff(Model):
         self.stopped = time
 
     def follow_water(self, system: Any) -> None:
-        """It knows no water."""
+        """Do nothing: there is no water here."""
 
     def publish_points(self) -> None:
-        """It knows no water."""
+        """Do nothing: there is no water here."""
 
     # -- numbers ------------------------------------------------------------------------------------------------------
 

@@ -23,7 +23,7 @@ from .stepping import StepControl
 
 #: Number of pairs (x, F(x)) used in a leap; threshold of linear dependence of their differences.
 MEMORY, DEPENDENT = 20, 1e-4
-#: Periods run between leaps, and as many more once a leap reduces the change by less than SLOW or fails.
+#: Periods run between leaps, and as many more before them once a leap leaves more than SLOW of |F(x) - x|, or fails.
 RUN, SLOW = 2, 0.5
 #: Longest leap of a point, relative to the length of its line.
 REACH = 0.01

@@ -17,7 +17,7 @@ from ..parallel.ranks import allreduce
 
 #: Residual inertia, relative to the weight.
 LEFT = 1e-11
-#: Residual forces at rest, relative to typical ones, because for a short step `LEFT` alone is a weak criterion.
+#: Residual forces at rest, relative to typical ones: a short step may satisfy `LEFT` without a balance.
 BALANCED = 1e-6
 
 

@@ -159,7 +159,7 @@ def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Proble
 
 def let_turn(problem: Problem) -> None:
     """Find the yaw under off-axis lines, and the position of buoys without lines: the artificial spring that restrains
-    yaw or drift is re-centred repeatedly until it is unloaded; if that fails, the buoy turns in a damped motion."""
+    yaw or drift is re-centred and weakened until the pose settles; if that fails, the buoy turns in a damped motion."""
     parts: list[Any] = [*problem.network.pieces, *problem.network.take_offs.values()]
     if not any(end.fairlead for part in parts for end in part.ends) and not problem.network.take_offs:
         return

@@ -129,7 +129,7 @@ def _march(
     try:
         problem.set_time(0.0)
         problem.newton.solve()
-        let_turn(problem)  # the reference of the yaw spring has changed with the numbers
+        let_turn(problem)  # `change` has restored the spring that restrains yaw
     except SolveError:
         if not left:
             raise
