@@ -1,4 +1,4 @@
-"""The part of a run after its ramp: rows, spectra; and the scene of a record."""
+"""Rows and spectra of a run after its ramp, and the scene of a record."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .record import check_format
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Least number of instants, and of periods of the drive, of which there is a spectrum.
+#: Least number of instants, and of excitation periods, for which a spectrum is computed.
 INSTANTS, PERIODS = 64, 4
-#: Decades below the peak in which a spectrum is shown, and the least density that counts as a peak [unit of the series
-#: squared / Hz]: rounding of a constant does not fill a panel.
+#: Decades shown below the peak of a spectrum, and the least density that counts as a peak [unit of the series squared /
+#: Hz], so that the rounding errors of a constant do not fill a panel.
 DECADES, NOISE = 6, 1e-12
-#: Fraction of the ramp's time from which on an instant is after it: its end is, as it is rounded.
+#: Fraction of the ramp from which an instant counts as after it, so that the end of the ramp counts despite rounding.
 AFTER = 1 - 1e-9
 
 
@@ -30,15 +30,15 @@ Curve = tuple[str, NDArray[Any], NDArray[Any]]
 
 
 class Missing(InputError):
-    """A record, or a scene, without what a figure shows."""
+    """Error for a record or scene that lacks the data of a figure."""
 
 
 class TooShort(InputError):
-    """A record that ends before there is enough of it for a figure."""
+    """Error for a record that is too short for a figure."""
 
 
 def scene_of(record: xr.Dataset) -> Scene:
-    """The scene in the attributes of a record.  Raises InputError without one, or for an old one."""
+    """The scene in the attributes of a record.  Raises InputError if it is missing or has an old format."""
     if "scene" not in record.attrs:
         raise InputError("This record does not carry its scene: give the scene too.")
     check_format(record.attrs, "This record")
@@ -46,7 +46,7 @@ def scene_of(record: xr.Dataset) -> Scene:
 
 
 def after_ramp(times: NDArray[Any], scene: Scene, at_least: int, what: str) -> NDArray[Any]:
-    """Rows of the times from the end of the ramp on.  Raises TooShort, with `what` needs them, if they are too few."""
+    """Rows of the times after the ramp.  Raises TooShort, naming `what` needs them, if there are too few."""
     ramp = ramp_of(scene)
     rows = np.flatnonzero(times >= ramp * AFTER)
     if len(rows) < at_least:
@@ -58,8 +58,8 @@ def after_ramp(times: NDArray[Any], scene: Scene, at_least: int, what: str) -> N
 def spectra_of(
     record: xr.Dataset, scene: Scene, what: str, series: Iterable[tuple[str, NDArray[Any]]]
 ) -> tuple[list[Curve], float | None]:
-    """[(name, frequencies [Hz], densities), ...] of (name, values over the whole run) after the ramp, and the period of
-    the drive.  Raises TooShort."""
+    """Spectra [(name, frequencies [Hz], densities), ...] after the ramp, and the excitation period.  Raises TooShort.
+    series: (name, values over the whole run)."""
     period, times = period_of(scene), record.time.values
     rows = after_ramp(times, scene, INSTANTS, what)
     t = times[rows]
@@ -72,9 +72,9 @@ def spectra_of(
 
 
 def window_of(curves: list[Curve], period: float | None) -> tuple[float, float, float]:
-    """Largest frequency [Hz], least and largest density in which curves of `spectra_of` are shown.
+    """Largest frequency [Hz], least and largest density of the plot of the curves of `spectra_of`.
 
-    Up to where the highest of them vanishes, and to the fourth harmonic of the drive.
+    Extends to where the highest curve vanishes, and at least to the fourth harmonic of the excitation.
     """
     _, f, S = max(curves, key=lambda curve: curve[2].max())
     highest = max(float(S.max()), NOISE)
@@ -83,10 +83,10 @@ def window_of(curves: list[Curve], period: float | None) -> tuple[float, float, 
 
 
 def density(t: NDArray[Any], x: NDArray[Any], period: float | None = None) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Frequencies [Hz] and one-sided power spectral density [unit of x squared / Hz] of a series, without its trend.
+    """Frequencies [Hz] and one-sided power spectral density [unit of x squared / Hz] of a detrended series.
 
-    Welch's method on equal steps, to which x is interpolated: Hann windows of half the series that overlap by half;
-    with a period, of the largest whole number of it in that half, so that it falls on a frequency of the grid.
+    Welch's method, with x interpolated to equal steps: Hann windows of half the series, overlapping by half; with a
+    period, of the largest whole number of periods in that half, to put the period on a grid frequency.
     """
     grid = np.linspace(t[0], t[-1], len(t))
     rate = (len(t) - 1) / (t[-1] - t[0])
@@ -97,9 +97,9 @@ def density(t: NDArray[Any], x: NDArray[Any], period: float | None = None) -> tu
 
 
 def welch(x: NDArray[Any], rate: float, size: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Frequencies and one-sided density of equally spaced values, as scipy.signal.welch(detrend="linear") has them.
+    """Frequencies and one-sided density of equally spaced values, as from scipy.signal.welch(detrend="linear").
 
-    Loading scipy.signal takes a tenth of what a run of `driven` takes.
+    Not imported from scipy.signal, as loading that takes a tenth of the time of a run of `driven`.
     """
     window = 0.5 * (1 - np.cos(2 * np.pi * np.arange(size) / size))
     pieces = np.lib.stride_tricks.sliding_window_view(x, size)[:: size - size // 2]

@@ -20,16 +20,16 @@ def cone_angle(q4: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d)))
 
 
-#: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
+#: Half the distance of the pitch from 90 degrees [rad] below which roll and yaw cannot be told apart.
 LOCKED = 1e-8
 
 
 def roll_pitch_yaw(q4: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Turns about e1, e2, e3 of the body [deg] that make orientations (..., 4): first the yaw, the pitch, the roll.
+    """Roll, pitch and yaw [deg] of orientations (..., 4): rotations about e1, e2, e3 of the body, yaw first.
 
-    R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
-    the difference or sum of yaw and roll has a meaning: then the roll is 0.  From sum and difference of the half
-    angles, of which q_4 has products, so that nothing is lost near those pitches.
+    R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  At a pitch of 90 or -90 only the
+    difference or sum of yaw and roll is defined; the roll is then 0.  Computed from the sum and difference of the half
+    angles, which q_4 gives directly, so that no digits are lost near those pitches.
     """
     a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
     sum_size, difference_size = np.hypot(a - c, d + b), np.hypot(a + c, d - b)

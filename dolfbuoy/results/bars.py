@@ -12,18 +12,18 @@ from .tables import unit_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Numbers of an output, and their names before that of the series.
+#: Statistics of an output, and the words that precede the name of the series.
 NUMBERS = {"max": "largest", "min": "smallest", "mean": "mean", "std": "standard deviation of"}
-#: Dimensions over the parts that outputs are of.
+#: Dimensions of the parts that outputs belong to.
 PARTS = ("cable", "buoy", "segment", "anchor", "take_off", "winch", "vessel")
-#: Outputs that a summary shows; a page shows all.
+#: Outputs shown in a summary; a page shows all.
 SHOWN = ("tension_top.max", "tension_anchor.max", "anchor.max", "cone_angle.max")
 
 
 class Row(NamedTuple):
-    """An output with its bar as text, in `unit`; part: name of the cable or buoy, empty if there is one only.
+    """An output with its bar as text, in `unit`; part: name of the cable or buoy, empty if there is only one.
 
-    step, mesh: parts of the bar, empty where they are not known apart.
+    step, mesh: contributions to the bar, empty if not known separately.
     """
 
     part: str
@@ -39,7 +39,7 @@ class Row(NamedTuple):
 
 
 def rows_of(record: xr.Dataset) -> list[Row]:
-    """All outputs that have a bar or the reason why they have none; empty for a record without bars."""
+    """All outputs with a bar, or with a reason for having none; empty for a record without bars."""
     if "bar" not in record:
         return []
     columns = ("output_of", "output", "bar_value", "bar", "bar_unit", "bar_verdict")
@@ -59,12 +59,12 @@ def rows_of(record: xr.Dataset) -> list[Row]:
     return found
 
 
-#: Statistics that are bars of these numbers.
+#: Names of the statistics that hold the bars of these numbers.
 STATISTICS = {"max": "maximum_bar", "min": "minimum_bar", "mean": "mean_bar", "std": "standard_deviation_bar"}
 
 
 def by_label(record: xr.Dataset) -> dict[str, dict[str, float]]:
-    """STATISTICS by label of a series of a record, or of its bars alone; nan where nothing is known."""
+    """STATISTICS by series label, from a record or a dataset of bars alone; nan where unknown."""
     found: dict[str, dict[str, float]] = {}
     columns = (record[name].values.tolist() for name in ("output_of", "output", "bar", "bar_verdict"))
     for part, output, bar, verdict in zip(*columns, strict=True) if "bar" in record else ():
@@ -75,7 +75,7 @@ def by_label(record: xr.Dataset) -> dict[str, dict[str, float]]:
 
 
 def extremes(part: xr.Dataset) -> dict[str, dict[str, tuple[float, float]]]:
-    """(value, bar) of the "max" and "min" that have a bar, by series, of the record of one part (`parts.part_of`)."""
+    """(value, bar) of every "max" and "min" with a bar, by series, in the record of one part (`parts.part_of`)."""
     found: dict[str, dict[str, tuple[float, float]]] = {}
     names = {str(part[kind].values) for kind in PARTS if kind in part.coords and not part[kind].dims}
     columns = (part[name].values.tolist() for name in ("output_of", "output", "bar_value", "bar", "bar_verdict"))
@@ -100,7 +100,7 @@ def summary_rows(record: xr.Dataset) -> list[tuple[str, str, str]]:
 
 
 def number_with(value: float, bar: float) -> tuple[str, str]:
-    """Texts of a value and its bar: the bar with two digits, the value as far as they go; no bar if it is nan."""
+    """Texts of a value and its bar: the bar to two digits, the value to the same decimals; no bar if it is nan."""
     if math.isnan(bar):
         return f"{value:.4g}", ""
     if bar == 0:
@@ -109,7 +109,7 @@ def number_with(value: float, bar: float) -> tuple[str, str]:
     return f"{value:.{digits}f}", f"{bar:.{digits}f}"
 
 
-#: What series are called beside "largest", "smallest", "mean", where their own names do not fit.
+#: Names of series after "largest", "smallest", "mean", where their own names do not fit.
 NAMES = {"anchor": "anchor force", "smallest_tension": "tension where it is least"}
 
 

@@ -1,4 +1,4 @@
-"""Sentences about a run that is not as it should be: short peaks, undamped pulses, odd buoys, retried steps."""
+"""Warnings about a doubtful run: short peaks, undamped pulses, capsized or submerged buoys, retried steps."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from ..scene.buoy import Buoy
     from ..scene.cable import Cable
 
-#: Steps above half its height that a peak needs: a snap on 6 was 6 % too low, on 3 it was 18 to 37 %.
+#: Steps that a peak needs above half its height: a snap resolved by 6 was 6 % too low, by 3, 18 to 37 %.
 STEPS_OF_A_PEAK = 6
-#: What an elastic line without damping does, in a sentence that `check` and the summary begin.
+#: Behaviour of an elastic line without damping: the end of a sentence that `check` and the summary begin.
 PULSES = (
     "no damping: pulses from where it comes taut or lands run along it as long as the scheme and the elements let "
     "them, and the ends double them; see cable.damping."
@@ -30,7 +30,7 @@ PULSES = (
 
 
 def short_peaks(record: xr.Dataset, low: str, high: str) -> list[str]:
-    """Largest tensions of a cable that rest on a few steps: smaller ones may find larger.  low, high: its ends."""
+    """Warnings of peak tensions resolved by few steps, where smaller steps may find larger.  low, high: ends."""
     from .tables import force_unit  # with rich, which no run needs
 
     found = []
@@ -45,7 +45,7 @@ def short_peaks(record: xr.Dataset, low: str, high: str) -> list[str]:
 
 
 def steps_of_peak(force: ArrayLike) -> float:
-    """Steps in a row about the largest force that are above the middle of it and the median; inf if it hardly rises."""
+    """Consecutive steps about the peak force above its mean with the median; inf if it hardly rises."""
     force = np.asarray(force)
     largest, usual = force.max(), np.median(force)
     if largest - usual <= 0.1 * largest:
@@ -58,9 +58,9 @@ def steps_of_peak(force: ArrayLike) -> float:
 
 
 def undamped(record: xr.Dataset, scene: Scene, sections: list[Cable]) -> list[str]:
-    """Warning of an elastic cable without damping that went slack or lay on the bed; sections: of its segments.
+    """Warning of an elastic cable without damping that went slack or lay on the bed.
 
-    Slack is seen in the recorded frames.
+    sections: of its segments.  Slack is detected in the recorded frames only.
     """
     bare = np.array([c.axial_stiffness != math.inf and not c.damping for c in sections])
     slackens = bare & [c.slack == "tension-only" for c in sections]
@@ -71,14 +71,14 @@ def undamped(record: xr.Dataset, scene: Scene, sections: list[Cable]) -> list[st
         position = record.cable_position.values
         ends = position[:, :: (position.shape[1] - 1) // len(segment)]
         below = ends[..., 2] <= height_of_bed(scene, ends)
-        if (below[:, 1:] & below[:, :-1])[:, bare[segment]].any():  # an element lies with both ends
+        if (below[:, 1:] & below[:, :-1])[:, bare[segment]].any():  # both ends of an element on the bed
             states.append("lay on the sea bed")
     return [f"The cable {' and '.join(states)}, and has {PULSES}"] if states else []
 
 
-#: A cone angle that is called a lean, and one that is a capsize [deg].
+#: Cone angles from which a buoy is said to lean and to capsize [deg].
 LEAN, CAPSIZE = 45.0, 90.0
-#: Part of its volume that a buoy has above the water at least, or it is under it.
+#: Fraction of its volume below which the emerged part of a buoy counts as none.
 LEAST_FREEBOARD = 1e-6
 
 
@@ -126,12 +126,12 @@ def _under(record: xr.Dataset, scene: Scene, buoy: Buoy) -> list[str]:
     return [f"The buoy was all under water in {share:.2g} % of the instants, first at t = {first:g} s."]
 
 
-#: Part of the steps that were cut above which a warning is given, and above which the run has no result.
+#: Fractions of cut steps above which a warning is given, and above which the run has no result.
 OFTEN, MOST = 0.05, 0.5
 
 
 def cut(record: xr.Dataset, scene: Scene) -> float:
-    """Part of the steps of a run that could not be taken as they were; with a tolerance, of those that failed."""
+    """Fraction of the steps of a run that had to be cut; with a tolerance, fraction that failed."""
     time: Any = scene.time
     steps, failed = record.sizes["time"] - 1, record.attrs.get("failed_steps", 0)
     if not failed or not steps or time.tolerance is not None:
@@ -144,7 +144,7 @@ def cut(record: xr.Dataset, scene: Scene) -> float:
 
 
 def about_retries(record: xr.Dataset, scene: Scene) -> list[str]:
-    """A sentence about steps that were retried, if there are any."""
+    """A sentence about retried steps, if there were any."""
     failed, share = record.attrs.get("failed_steps", 0), cut(record, scene)
     doubt = f", in {100 * share:.3g} % of the run: see whether its numbers stay with a smaller time.step"
     words = f"{failed} steps failed and were retried with smaller ones"
@@ -152,7 +152,7 @@ def about_retries(record: xr.Dataset, scene: Scene) -> list[str]:
 
 
 def refused(record: xr.Dataset, scene: Scene) -> NoResult | None:
-    """The error to raise for a finished run most of whose steps were retried; None for a sound one."""
+    """Error to raise for a finished run most of whose steps were retried; None for a sound run."""
     if (share := cut(record, scene)) <= MOST:
         return None
     return NoResult(

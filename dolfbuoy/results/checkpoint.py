@@ -1,7 +1,7 @@
 """Checkpoints, from which a run resumes: one file next to its record, replaced in one atomic step.
 
-The record is written first, so that after a kill at any moment it is as long as at the checkpoint or longer; what is
-longer is cut off and computed again.
+The record is written first, so that if the run is killed at any moment the record reaches at least to the checkpoint;
+anything beyond it is cut off and computed again.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from ..scene import Scene, kept_scene, load_scene
 from ..writing import replacing
 from .record import undamaged
 
-FORMAT = 5  #: goes up with that of the record too
+FORMAT = 5  #: raised together with that of the record
 NAME = "checkpoint.npz"
 
 
 @dataclass
 class Checkpoint:
-    """A run of `scene` that can go on in `folder`: the states of all ranks, and how long the record was."""
+    """A resumable run of `scene` in `folder`: the states of all ranks, and the length of the record."""
 
     folder: Path
     scene: Scene
@@ -32,7 +32,7 @@ class Checkpoint:
 
     @property
     def t(self) -> float:
-        """Time that was reached [s]."""
+        """Time reached [s]."""
         return float(self.states[0]["t"])
 
     @property
@@ -43,7 +43,7 @@ class Checkpoint:
 
 
 def write(point: Checkpoint) -> None:
-    """Bring a checkpoint to the disk; raises OSError with the file's name."""
+    """Write a checkpoint to disk.  Raises OSError with the file's name."""
     tree = {name: getattr(point, name) for name in ("states", "rows", "next_frame")}
     tree |= {"format": FORMAT, "scene": point.scene.to_toml()}
     with replacing(point.folder / NAME) as part, open(part, "wb") as file:
@@ -51,9 +51,9 @@ def write(point: Checkpoint) -> None:
 
 
 def load(folder: str | Path, ranks: int, end: float | None = None) -> Checkpoint:
-    """The checkpoint of a run on as many ranks; end: another end of the run [s], not before the time that was reached.
+    """The checkpoint of a run on this number of ranks.
 
-    Raises InputError if there is no run, or not this one.
+    end: new end of the run [s], not before the time reached.  Raises InputError if there is no run, or a different one.
     """
     folder = Path(folder)
     for name in ("scene.toml", "results.nc", NAME):
@@ -74,7 +74,7 @@ def load(folder: str | Path, ranks: int, end: float | None = None) -> Checkpoint
 
 
 def read_scene(folder: Path, end: float | None = None) -> Scene:
-    """The scene of the run in a folder, perhaps with another end [s].  Raises InputError for a damaged file."""
+    """The scene of the run in a folder, optionally with a new end [s].  Raises InputError for a damaged file."""
     file = folder / "scene.toml"
     try:
         scene = load_scene(file)
@@ -116,7 +116,7 @@ def _flatten(tree: Any, path: str = "") -> dict[str, NDArray[Any]]:
 
 
 def _unflatten(leaves: dict[str, NDArray[Any]]) -> Any:
-    """The inverse; a dict whose keys are numbers is a list, an array without dimensions a number or a text."""
+    """Inverse of _flatten; a dict with numbers as keys becomes a list, a 0-d array a number or text."""
     tree: dict[str, Any] = {}
     for path, leaf in leaves.items():
         *branches, last = path.split("/")
@@ -136,7 +136,7 @@ def _with_lists(node: Any) -> Any:
 
 
 def _difference(a: Any, b: Any, path: str = "") -> str | None:
-    """Key of the first value in which two scenes differ, or None; the end of the run may be moved."""
+    """Key of the first value in which two scenes differ, or None; the end of the run may differ."""
     if not (isinstance(a, dict) and isinstance(b, dict)):
         return None if a == b or path == "time.end" else path
     prefix = f"{path}." if path else ""

@@ -1,8 +1,8 @@
-"""Errors of a run against a finer one.
+"""Errors of a run relative to a finer one.
 
-The error of a quantity is the rms of its difference from the reference over the run, without the ramp at its start,
-relative to the range (max - min) of the reference; of a vector the diagonal of the box of its ranges counts.  A run
-here is anything with times `t` and `values`, name -> array.
+The error of a quantity is the rms difference from the reference over the run after its ramp, relative to the
+reference's range, max - min; for a vector, to the diagonal of the box of its ranges.  A run here is any object with
+times `t` and `values`, name -> array.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..scene.quantities import number_of
 
-#: A case is resolved when its error exceeds the reference's own by this factor.
+#: An error is resolved when it exceeds that of the reference by this factor.
 RESOLVED = 3.0
-#: Numbers that steps are rounded down to, times a power of ten.
+#: Step sizes are rounded down to these numbers times a power of ten.
 NICE = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8)
 
 
 @dataclass
 class Error:
-    """rms: of the difference; maximum: of the largest value; both relative to the reference's range."""
+    """Errors relative to the reference's range: rms of the difference, and error of the largest value."""
 
     rms: float
     maximum: float
 
 
 class Reference:
-    """A fine run between its times (cubic splines).
+    """A fine run, interpolated in time by cubic splines.
 
-    start: errors count from this time on.  whole: the run whose ranges errors are relative to, if it is another.
+    start: time from which errors count.  whole: the run to whose ranges errors are relative, if a different one.
     """
 
     def __init__(self, run: Any, start: float, whole: Reference | None = None) -> None:
@@ -47,11 +47,11 @@ class Reference:
         self.inside = {name: _columns(values)[inside] for name, values in run.values.items()}
 
     def range_of(self, name: str) -> float:
-        """max - min after the start; of a vector the diagonal of the box."""
+        """max - min after the start; for a vector, the diagonal of the box."""
         return float(np.linalg.norm(np.ptp(self.whole.inside[name], axis=0)))
 
     def error(self, run: Any, name: str) -> Error:
-        """Error of a run at its own times.  A quantity that does not vary has errors inf, unless they are 0."""
+        """Error of a run at its own times; inf for a quantity that does not vary, unless it is 0."""
         inside = (run.t >= self.start - 1e-9 * self.end) & (run.t <= self.end * (1 + 1e-9))
         t, values = np.minimum(run.t[inside], self.end), _columns(run.values[name])[inside]
         difference = values - _columns(self.splines[name](t))
@@ -77,10 +77,10 @@ def _relative(value: float, size: float) -> float:
 
 
 def own_error(changes: Sequence[float], highest: float = 2.0) -> float:
-    """Richardson: error of the finest of runs that are each twice as fine as the one before.
+    """Richardson estimate of the error of the finest of a series of runs, each twice as fine as the one before.
 
-    changes: errors of each but the last against its next.  The order is that of the last two changes, between 1 and
-    `highest`; of a single change it is 2.
+    changes: errors of each run relative to the next.  The order is that of the last two changes, limited to between 1
+    and `highest`; for a single change it is 2.
     """
     order = min(2.0, highest)
     if len(changes) > 1 and changes[-1] > 0:
@@ -89,19 +89,19 @@ def own_error(changes: Sequence[float], highest: float = 2.0) -> float:
 
 
 def resolved(error: float, reference_error: float) -> bool:
-    """True if an error is that of the case and not of its reference."""
+    """True if an error is that of the run, not of its reference."""
     return error >= RESOLVED * reference_error
 
 
 def bound(error: float, reference_error: float) -> float:
-    """Upper bound of an error: one that is not resolved may be as large as this."""
+    """Upper bound of an error that may not be resolved."""
     return max(error, RESOLVED * reference_error)
 
 
 class Curve:
-    """Error over a size x (step, tolerance, 1/cells): powers between measurements, below them the last order.
+    """Error over a size x (step, tolerance, 1/cells): power laws between measurements, the last order below them.
 
-    The error never falls as x grows: a bump counts for all larger x.  Beyond the largest x nothing is known.
+    The error never falls as x grows: a bump counts for all larger x.  Unknown (inf) beyond the largest x.
     """
 
     def __init__(self, points: Iterable[tuple[float, float]]) -> None:
@@ -111,7 +111,7 @@ class Curve:
 
     @property
     def order(self) -> float:
-        """Observed between the two smallest sizes, at most 4."""
+        """Order observed between the two smallest sizes, at most 4."""
         if len(self.x) < 2:
             return 0.0
         return min(math.log(self.error[1] / self.error[0]) / math.log(self.x[1] / self.x[0]), 4.0)
@@ -124,7 +124,7 @@ class Curve:
         return float(np.exp(np.interp(math.log(x), np.log(self.x), np.log(self.error))))
 
     def largest(self, error: float, sizes: Iterable[float]) -> float | None:
-        """The largest of these sizes with at most this error."""
+        """The largest of these sizes with at most this error, or None."""
         return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
 
 
@@ -144,10 +144,10 @@ def orders(rows: list[dict[str, Any]], error: str, size: str = "h") -> None:
 
 
 def reach(points: Iterable[tuple[float, float, float]], accuracy: float) -> dict[str, Any] | None:
-    """Size and seconds at which a family has this error; points: (size, error, seconds), errors grow with the size.
+    """Size and seconds at which a family of runs has this error; points: (size, error, seconds).
 
-    Powers between the measurements, and beyond the finest (`extrapolated`), where the work is inverse to the size; the
-    coarsest as it is, if that is good enough (`at_most`).  None of fewer than two points, or where they have no order.
+    Power laws between the measurements and below the finest (`extrapolated`), where the work is inverse to the size;
+    the coarsest itself if accurate enough (`at_most`).  None for fewer than two points, or where no order is observed.
     """
     points = sorted(point for point in points if point[1])
     curve = Curve([point[:2] for point in points])
@@ -165,7 +165,7 @@ def reach(points: Iterable[tuple[float, float, float]], accuracy: float) -> dict
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of (time, error) that no other point beats in both, from the fastest on."""
+    """Indices of (time, error) pairs that no other beats in both, fastest first."""
     front, best = [], float("inf")
     for i in sorted(range(len(points)), key=lambda i: tuple(points[i])):
         if points[i][1] < best:
@@ -175,12 +175,12 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def percent(error: float) -> str:
-    """An error in percent, with two digits."""
+    """An error in percent, to two digits."""
     return f"{100 * error:.2g} %"
 
 
 def parse_accuracy(text: str, option: str = "--accuracy") -> float:
-    """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
+    """'1%', '1 %' or '0.01' -> 0.01; raises InputError naming the option."""
     number = text.strip()
     try:
         value = number_of(number.removesuffix("%")) / 100 if number.endswith("%") else number_of(number)

@@ -1,4 +1,4 @@
-"""Criteria of a scene, judged by a record: value, limit, what is left or missing, and the part that governs."""
+"""Criteria of a scene checked on a record: value, limit, margin, and the governing part."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
     from ..scene import Scene
 
-#: Numbers of a series that a limit may be of.
+#: Statistics of a series that may be limited.
 NUMBERS = {"max": "maximum", "min": "minimum", "mean": "mean", "std": "standard_deviation"}
 
-#: An uplift of less than this part of the largest tension, 0.006 degrees, is none: so much a chain that lies before its
-#: anchor has from the springs of the bed.
+#: An uplift below this fraction of the largest tension (0.006 degrees) counts as none: the bed springs give a chain
+#: lying in front of its anchor that much.
 ROUNDING = 1e-4
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A criterion of one part: what it is of, its name, value and limit [unit], and the error bar of the value (nan:
-    not known).  upper: the value may not be above the limit, else not below it.  case: of several runs, which one."""
+    """A criterion checked for one part: value, limit and error bar of the value (nan: unknown) [unit].
+    upper: the limit is an upper one.  case: which of several runs."""
 
     criterion: str
     part: str
@@ -42,22 +42,22 @@ class Verdict:
 
     @property
     def margin(self) -> float:
-        """Distance to the limit, negative if it is missed [unit]."""
+        """Margin to the limit, negative if not met [unit]."""
         return self.limit - self.value if self.upper else self.value - self.limit
 
     @property
     def met(self) -> bool:
-        """True if the limit is kept, at the limit too."""
+        """True if the limit is met, or just reached."""
         return self.margin >= 0
 
     @property
     def use(self) -> float:
-        """Order of what governs: the part of the limit that is left; infinite where the limit is 0."""
+        """Margin as a fraction of the limit, by which the governing part is found; infinite if the limit is 0."""
         return self.margin / abs(self.limit) if self.limit else math.copysign(math.inf, self.margin)
 
     @property
     def says(self) -> str:
-        """Verdict in words: met or not met, by how much, and whether the error bar could turn it."""
+        """Verdict in words: met or not, by how much, and whether the error bar could reverse it."""
         unit, factor = unit_of([self.value, self.limit], self.unit)
         size = f"{rounded(100 * abs(self.use))} %" if self.limit else f"{rounded(factor * abs(self.margin))} {unit}"
         doubt = ", within its error bar" if abs(self.margin) < self.bar else ""
@@ -78,8 +78,8 @@ HEADINGS = ("criterion", "governed by", "value", "limit", "unit", "verdict")
 
 
 def verdicts(record: xr.Dataset, scene: Scene, start: float | None = None) -> list[Verdict]:
-    """Verdicts of all criteria for all parts of a run, after its ramp if it goes on (start: another begin [s]), or of
-    an equilibrium.  Raises InputError for a limit of what the record does not have."""
+    """Verdicts of all criteria for all parts of a run after its ramp, or of an equilibrium.
+    start: begin from here instead [s].  Raises InputError for a limit on an output that the record lacks."""
     if scene.criteria is None:
         return []
     found = _Record(record, scene, start)
@@ -87,7 +87,7 @@ def verdicts(record: xr.Dataset, scene: Scene, start: float | None = None) -> li
 
 
 def governing(every: Iterable[Verdict]) -> list[Verdict]:
-    """Return the verdict with the least that is left, for each criterion."""
+    """The verdict with the least margin for each criterion."""
     worst: dict[str, Verdict] = {}
     for one in every:
         worst[one.criterion] = min(worst.get(one.criterion, one), one, key=lambda each: (each.use, each.margin))
@@ -95,18 +95,18 @@ def governing(every: Iterable[Verdict]) -> list[Verdict]:
 
 
 def kept(every: Iterable[Verdict]) -> list[dict[str, Any]]:
-    """Verdicts as plain values, for a store."""
+    """Verdicts as plain values, for storage."""
     return [asdict(one) for one in every]
 
 
 def over_cases(samples: Iterable[tuple[str, dict[str, Any]]]) -> list[Verdict]:
-    """Verdicts that samples of runs hold, with the names of their runs."""
+    """Verdicts held in samples of runs, with the names of the runs."""
     found = [(name, one) for name, sample in samples for one in sample.get("criteria", [])]
     return [Verdict(**(one | {"case": name})) for name, one in found]
 
 
 class _Record:
-    """Series of a record by name, those of the time that counts, and error bars."""
+    """Series of a record by name, over the time that counts, and their error bars."""
 
     def __init__(self, record: xr.Dataset, scene: Scene, start: float | None) -> None:
         self.scene, self.criteria = scene, scene.criteria
@@ -124,14 +124,14 @@ class _Record:
             self.bars = {(o, of): x for o, of, x, verdict in zip(*columns, strict=True) if verdict != "none"}
 
     def series(self, name: str) -> list[tuple[str, Series]]:
-        """(part, series) of all of a name, a component or a scalar."""
+        """(part, series) of all series of this name, scalars or components."""
         own = [one for one in series_of(self.late) if place_of(one.label).name == name]
         return [(place_of(one.label).part, one) for one in own]
 
     def judged(
         self, criterion: str, name: str, number: str, limit: float, unit: str, upper: bool = True, part: str = ""
     ) -> Iterator[Verdict]:
-        """Verdicts of a number of a series, of one part or of each."""
+        """Verdicts on a statistic of a series, for one part or for each."""
         for mine, one in self.series(name):
             if not part or mine == part:
                 value = float(getattr(one, NUMBERS[number]))
@@ -140,7 +140,7 @@ class _Record:
 
 
 def _of_strength(found: _Record) -> Iterator[Verdict]:
-    """Utilisations with their safety factors; DNV's of mean and dynamic tension apart."""
+    """Utilisations with their safety factors; for DNV, mean and dynamic tension separately."""
     criteria: Any = found.criteria
     factors = {"safety factor": criteria.safety_factor}
     if criteria.safety == "API":
@@ -178,7 +178,7 @@ def _of_places(found: _Record) -> Iterator[Verdict]:
 
 
 def _of_limits(found: _Record) -> Iterator[Verdict]:
-    """Limits of outputs.  Raises InputError."""
+    """Limits on outputs.  Raises InputError for an output or part that the record lacks."""
     from .series import described
 
     criteria: Any = found.criteria

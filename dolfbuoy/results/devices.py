@@ -1,4 +1,4 @@
-"""Take-offs, winches and vessels in space: points between which they are drawn over time, and the wind on vessels."""
+"""Take-offs, winches and vessels in space: the points over time from which they are drawn, and the wind on vessels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Point(NamedTuple):
-    """An end of a take-off: on a buoy (its number, and where, off C [m]), at a node, or on a path over time."""
+    """An end of a take-off: on a buoy (its number, and the arm from C [m]), at a node, or on a path over time."""
 
     node: int | None = None
     buoy: int | None = None
@@ -31,20 +31,20 @@ class Point(NamedTuple):
     moves: bool = False
 
     def at(self, now: Frame) -> NDArray[Any]:
-        """Place (3,) at an instant [m]."""
+        """Position (3,) at an instant [m]."""
         if self.buoy is not None and self.arm is not None:
             return now.buoys[self.buoy].place(self.arm)
         return np.asarray(now.x[self.node] if self.path is None else self.path(now.time), dtype=float)
 
 
 class Device(NamedTuple):
-    """A take-off by its name, and its two ends."""
+    """A take-off: its name and two ends."""
 
     name: str
     ends: tuple[Point, Point]
 
     def at(self, now: Frame) -> NDArray[Any]:
-        """Places (2, 3) of both ends at an instant [m]."""
+        """Positions (2, 3) of both ends at an instant [m]."""
         return np.array([end.at(now) for end in self.ends])
 
 
@@ -65,20 +65,20 @@ def devices_of(frames: Frames) -> list[Device]:
 
 
 def winches_of(network: Network) -> Iterator[tuple[str, int, int]]:
-    """(name, piece, end) of every winch: the end that is held or on a buoy, the upper one of two."""
+    """(name, piece, end) of every winch, at the end that is held or on a buoy; if both are, the upper one."""
     for name, piece in network.winches.items():
         low, high = network.pieces[piece].ends
         fixed = [end for end, holder in ((1, high), (0, low)) if holder.held or holder.kind == "buoy"]
         yield name, piece, [*fixed, 1][0]
 
 
-#: Corners of the six sides of a box, in the order of `corners_of`; and of its deck.
+#: Indices into `corners_of` of the corners of the six sides of a box, and of its deck.
 SIDES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
 DECK = SIDES[-1]
 
 
 class Shell(NamedTuple):
-    """The box of a vessel by its name; paths: of its eight corners over time [m]; moves: whether they do."""
+    """The box of a vessel; paths: its eight corners over time [m]; moves: True if they move."""
 
     name: str
     paths: tuple[Callable[[float], Any], ...]
@@ -96,7 +96,7 @@ def corners_of(hull: tuple[float, float, float, float]) -> list[tuple[float, flo
 
 
 def shells_of(frames: Frames) -> Iterator[Shell]:
-    """Boxes of the vessels that have one and move as the scene says: not those that a session drove."""
+    """Boxes of the vessels that have one and move as the scene prescribes, not as driven by a session."""
     driven = str(frames.record.attrs.get("session", "")).removeprefix("driven: ").split(", ")
     for vessel in frames.scene.vessel or []:
         if vessel.hull is not None and vessel.name not in driven:
@@ -108,14 +108,14 @@ def shells_of(frames: Frames) -> Iterator[Shell]:
 
 
 class Blown(NamedTuple):
-    """Wind on a vessel over time: place where it acts [m], and force [N]."""
+    """Wind on a vessel over time: point of action [m], and force [N]."""
 
     place: Callable[[float], Any]
     force: Callable[[float], NDArray[Any]]
 
 
 def winds_of(scene: Scene, moving: bool = True) -> dict[str, Blown]:
-    """The wind on vessels by their names; moving: in a run, with waves and gusts, which an equilibrium has not."""
+    """The wind on vessels by name; moving: in a run, with waves and gusts, which an equilibrium lacks."""
     scene = scene if moving else scene.model_copy(update={"waves": None})
     return {vessel.name: _wind_on(vessel, scene, moving) for vessel in scene.vessel or [] if vessel.wind is not None}
 

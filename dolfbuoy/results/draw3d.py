@@ -1,4 +1,4 @@
-"""Drawing in space: one scale for all directions, arrows to a stated scale."""
+"""Drawing in space: the same scale in all directions, arrows to a stated scale."""
 
 import itertools
 import math
@@ -15,9 +15,9 @@ from mpl_toolkits.mplot3d.art3d import PathPatch3D
 
 
 def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) -> None:
-    """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg].
+    """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from this direction [deg].
 
-    Lengths are the same near and far.  The ends of an axis, where it meets the next one, have no number.
+    Orthographic: near and far lengths are equal.  Axes have no tick labels where they meet.
     """
     span = box[1] - box[0]
     axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
@@ -33,22 +33,22 @@ def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) 
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
         axis.set_major_locator(FixedLocator(_ticks(box[0, i], box[1, i], span.max(), upright=i == 2)))
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
-        # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
+        # matplotlib offsets labels by a fraction of the *other* spans: make it the same length in any box
         nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
         axis.set_tick_params(pad=6 * nearer - (6 if i == 2 else 8))
         axis.labelpad = 16 * nearer - (14 if i == 2 else 17)
 
 
-#: Room at the sides of a panel, with numbers and without, below and above it; of its height the most, and the least
-#: next to another one [inch].
+#: Margins of a panel: at a side with tick labels and without, below and above; its largest height, and its least beside
+#: another one [inch].
 NUMBERS, BARE, BELOW, ABOVE, HIGHEST, HIGH = 0.66, 0.1, 0.42, 0.3, 3.2, 2.3
 
 
 def side_by_side(figure: Figure, above: float, below: float) -> None:
-    """Panels next to each other on one line, as large as they go and of one height unless one is too wide, and so much
-    room above and below [inch]; the figure becomes as high as they are.
+    """Place panels side by side, as large as fits and of equal height unless one is too wide.
 
-    Of a panel in space its box counts, one in the plane is a square.
+    above, below: margins [inch]; the figure's height is set to fit.  A 3D panel has the extent of its box; a 2D one is
+    square.
     """
     extents, width = [_extent(axes) for axes in figure.axes], figure.get_figwidth()
     spans = np.ptp(extents, axis=1)
@@ -60,14 +60,14 @@ def side_by_side(figure: Figure, above: float, below: float) -> None:
     figure.set_figheight(height)
     left = gap = (room - widths.sum()) / (len(extents) + 1)
     for axes, (low, _), scale, wide in zip(figure.axes, extents, scales, widths, strict=True):
-        on_right = axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0  # numbers of z: x runs to the viewer
+        on_right = axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0  # z labels: x points to the viewer
         corner = np.array([left + (BARE if on_right else NUMBERS), below + BELOW]) - scale * low
         axes.set_position((*corner / [width, height], scale / width, scale / height))
         left += wide + NUMBERS + BARE + gap
 
 
 def _extent(axes: Any) -> NDArray[Any]:
-    """Lower left and upper right corner of what is seen of the box of a panel, in shares of the panel."""
+    """Lower left and upper right corners of the projected box of a panel, as fractions of the panel."""
     if axes.name != "3d":
         return np.array([[0.0, 0.0], [1.0, 1.0]])
     corners = np.array(list(itertools.product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim())))
@@ -77,8 +77,8 @@ def _extent(axes: Any) -> NDArray[Any]:
 
 
 def _ticks(low: float, high: float, longest: float, upright: bool) -> Any:
-    """Round numbers on an axis, two to six on the longest one, two on a short one that lies; not at its lower end, nor,
-    if it lies, near the upper."""
+    """Tick values: two to six on the longest axis, two on a short horizontal one.
+    None at the lower end, nor, on a horizontal axis, near the upper one."""
     top = 0.0 if upright else 1 / 30
     first, last = low + min(longest / 30, 0.3 * (high - low)), high - min(longest * top, 0.3 * (high - low))
     found = []
@@ -91,14 +91,14 @@ def _ticks(low: float, high: float, longest: float, upright: bool) -> Any:
 
 
 def clear_azimuth(direction_deg: float) -> float:
-    """From where a vertical plane of that heading is best seen, with x to the right: one of four azimuths [deg]."""
+    """Azimuth from which a vertical plane of this heading is best seen, with x to the right: one of four [deg]."""
     return max((-60.0, -120.0, -30.0, -150.0), key=lambda a: round(abs(math.sin(math.radians(a - direction_deg))), 6))
 
 
 def sheet(patches: NDArray[Any], viewer: NDArray[Any], **look: Any) -> PathPatch3D:
-    """Quadrilaterals (n, 4, 3) as one surface without seams, all of one colour, for one who sees it from there."""
+    """Quadrilaterals (n, 4, 3) as one seamless surface of one colour, as seen by this viewer."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
-    turned = np.where((normal @ viewer < 0)[:, None, None], patches[:, ::-1], patches)  # else overlaps would be holes
+    turned = np.where((normal @ viewer < 0)[:, None, None], patches[:, ::-1], patches)  # or overlaps would be holes
     corners = turned[:, [0, 1, 2, 3, 0]].reshape(-1, 3)
     Path = matplotlib.path.Path
     codes = np.tile([Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY], len(patches))
@@ -106,7 +106,7 @@ def sheet(patches: NDArray[Any], viewer: NDArray[Any], **look: Any) -> PathPatch
 
 
 def nice_scale(largest: float, length: float) -> float:
-    """Quantity per unit of length, a round number, at which `largest` is at most this long."""
+    """Quantity per unit length, a round number, at which `largest` has at most this length."""
     needed = largest / length
     power = 10.0 ** math.floor(math.log10(needed))
     return next(m * power for m in (1, 2, 5, 10) if m * power >= needed * (1 - 1e-12))

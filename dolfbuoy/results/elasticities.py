@@ -1,4 +1,4 @@
-"""Derivatives of a run's outputs in words and columns: change in per cent for one per cent of each number."""
+"""Derivatives of a run's outputs in words and columns: percentage change per one per cent of each parameter."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-#: Outputs that are shown unless others are asked for.
+#: Outputs shown by default.
 USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
 
 
 def columns_of_run(found: xr.Dataset, asked: bool) -> dict[str, NDArray[Any]]:
-    """Elasticities (parameter,) of the outputs asked for, or the usual ones, by what heads their columns."""
+    """Elasticities (parameter,) of the outputs asked for, or the usual ones, by column heading."""
     names, parts = found.output.values.astype(str), found.output_of.values.astype(str)
     several = {name for name in names if (names == name).sum() > 1}
     return {
@@ -26,7 +26,7 @@ def columns_of_run(found: xr.Dataset, asked: bool) -> dict[str, NDArray[Any]]:
 
 
 def order_of(found: xr.Dataset, columns: dict[str, NDArray[Any]]) -> NDArray[Any]:
-    """Numbers by their largest elasticity in the columns, falling."""
+    """Order of the parameters by decreasing largest elasticity in the columns."""
     sizes = [
         -max((abs(x[k]) for x in columns.values() if np.isfinite(x[k])), default=0)
         for k in range(found.sizes["parameter"])
@@ -35,7 +35,7 @@ def order_of(found: xr.Dataset, columns: dict[str, NDArray[Any]]) -> NDArray[Any
 
 
 def value_of(found: xr.Dataset, k: int) -> str:
-    """Value of a number with its unit; of a vector that it is varied as a whole."""
+    """Value of a parameter with its unit; for a vector, a note that it is varied as a whole."""
     value, unit = found.parameter_value.values[k], found.parameter_unit.values[k]
     return "all of it" if np.isnan(value) else f"{value:.4g}{'' if unit == '1' else f' {unit}'}"
 

@@ -1,9 +1,9 @@
-"""Largest values: Gumbel's distribution of independent runs, its confidence interval, and a Gaussian sea's crests.
+"""Extremes: Gumbel distribution of independent runs, its confidence interval, and crests of a Gaussian sea.
 
-P(largest of a run <= x) = exp(-exp(-(x - u)/b)), u the most probable value, b the scale; over c times as long u rises
-by b ln(c).  Maximum likelihood.  (u' - u)/b' of a sample does not depend on u and b, so that its distribution, and with
-it the interval, is found once for each number of runs from samples of u = 0, b = 1: no asymptotics, also for ten runs.
-Crests of a sea are independent Rayleigh ones (Cartwright and Longuet-Higgins 1956, narrow band).
+P(largest of a run <= x) = exp(-exp(-(x - u)/b)), with u the most probable value and b the scale; over c times the
+duration u rises by b ln(c).  Maximum likelihood fit.  The distribution of (u' - u)/b' of a sample does not depend on u
+and b: simulated once for each number of runs with u = 0, b = 1, it gives the interval without asymptotics, even for ten
+runs.  Crests of a sea are independent Rayleigh variables (Cartwright and Longuet-Higgins 1956, narrow band).
 """
 
 import functools
@@ -18,20 +18,20 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..model.spectra import Spectrum
 
-#: Length of time whose largest value is stated, in hours and in seconds.
+#: Duration whose largest value is stated, in hours and in seconds.
 HOURS = 3.0
 DURATION = 3600 * HOURS
-#: Runs below which there is no distribution of their maxima, and the probability that an interval covers.
+#: Least number of runs for a distribution of their maxima, and the probability covered by an interval.
 LEAST, COVERED = 10, 0.95
-#: Standard deviations on both sides of a Gaussian mean that cover it so often.
+#: Half-width of that interval of a Gaussian variable, in standard deviations.
 _WIDE = 1.96
-#: Samples that the interval is found from: their own scatter moves its bounds by about 1 % of its width.
+#: Simulated samples for the interval, and their seed; their scatter moves its bounds by about 1 % of its width.
 _SAMPLES, _SEED = 10_000, 1
 
 
 @dataclass(frozen=True)
 class Gumbel:
-    """location u and scale b [unit of the maxima], found from `runs` maxima; 0: from theory."""
+    """Location u and scale b [unit of the maxima], fitted to `runs` maxima; 0: from theory."""
 
     location: float
     scale: float
@@ -46,11 +46,11 @@ class Gumbel:
         return math.pi / math.sqrt(6) * self.scale
 
     def most_probable(self, times: float = 1.0) -> float:
-        """The most probable largest value of a time so many times as long as a run."""
+        """The most probable largest value over `times` the duration of a run."""
         return self.location + self.scale * math.log(times)
 
     def interval(self, times: float = 1.0) -> tuple[float, float]:
-        """Bounds that hold it with the probability COVERED."""
+        """Confidence interval of the most probable value, with probability COVERED."""
         found = self.most_probable(times)
         low, high = np.quantile(_pivots(self.runs, float(times)), [(1 - COVERED) / 2, (1 + COVERED) / 2])
         return found - self.scale * float(high), found - self.scale * float(low)
@@ -60,24 +60,24 @@ class Gumbel:
         return -np.expm1(-times * np.exp(-(np.asarray(x) - self.location) / self.scale))
 
     def uncertainty(self, runs: int, times: float = 1.0, base: float = 0.0) -> float:
-        """Half the interval of the most probable value from so many runs, as a part of it above a base.
+        """Half-width of the interval of the most probable value from `runs` runs, relative to its height above a base.
 
-        The bound of maximum likelihood for many runs (its information matrix) with four runs less, for what `interval`
-        is wider with few: within 4 % of it from ten runs on.
+        The asymptotic maximum-likelihood variance (from the information matrix) with four runs fewer, as `interval` is
+        wider for few runs: within 4 % of it from ten runs on.
         """
         rise = math.log(times)
         variance = 1.1087 + 0.6079 * rise**2 + 2 * 0.2570 * rise
         return _WIDE * self.scale * math.sqrt(variance / (runs - 4)) / abs(self.most_probable(times) - base)
 
     def runs_needed(self, part: float, times: float = 1.0, base: float = 0.0) -> int:
-        """Number of runs whose `uncertainty` is a part at most, and at least LEAST."""
+        """Number of runs, at least LEAST, for which `uncertainty` is at most `part`."""
         return max(LEAST, math.ceil(4 + (self.uncertainty(5, times, base) / part) ** 2))
 
 
 def fit_gumbel(maxima: Sequence[float]) -> Gumbel:
-    """Gumbel's distribution of these maxima by maximum likelihood.
+    """Gumbel distribution of these maxima by maximum likelihood.
 
-    Raises InputError if they are fewer than LEAST, or all the same.
+    Raises InputError if there are fewer than LEAST, or if all are equal.
     """
     values = np.asarray(maxima, dtype=float)
     if len(values) < LEAST:
@@ -91,7 +91,7 @@ def fit_gumbel(maxima: Sequence[float]) -> Gumbel:
 def _likeliest(samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """u and b of each row: b is the root of mean(x) - b - sum(x e^(-x/b)) / sum(e^(-x/b)), which falls with b.
 
-    All rows at once, as `_pivots` needs them: scipy.stats.gumbel_r.fit takes one sample at a time.
+    Handles all rows at once, as `_pivots` needs; scipy.stats.gumbel_r.fit takes one sample at a time.
     """
     lowest = samples.min(axis=1)
     x = samples - lowest[:, None]
@@ -107,7 +107,7 @@ def _likeliest(samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 @functools.cache
 def _pivots(runs: int, times: float) -> NDArray[Any]:
-    """(estimate - truth) / estimated scale of the most probable value, of many samples of so many maxima."""
+    """(estimate - truth) / estimated scale of the most probable value, for many samples of `runs` maxima."""
     samples = np.random.default_rng(_SEED).gumbel(size=(_SAMPLES, runs))
     location, scale = _likeliest(samples)
     rise = math.log(times)
@@ -115,9 +115,9 @@ def _pivots(runs: int, times: float) -> NDArray[Any]:
 
 
 def largest_crest(crests: float) -> Gumbel:
-    """The largest of so many Rayleigh crests over the standard deviation of the elevation.
+    """Gumbel distribution of the largest of N Rayleigh crests, relative to the standard deviation of the elevation.
 
-    Mean and standard deviation are exact, integrated over 1 - (1 - exp(-x^2/2))^N.
+    Mean and standard deviation are exact, integrated from 1 - (1 - exp(-x^2/2))^N.
     """
     x = np.linspace(0.0, 12.0, 24001)
     above = 1 - (1 - np.exp(-(x**2) / 2)) ** crests
@@ -128,7 +128,7 @@ def largest_crest(crests: float) -> Gumbel:
 
 
 def crests_of(period: float) -> float:
-    """Number of crests of DURATION, a mean period [s] apart, and at least two."""
+    """Number of crests in DURATION at this mean period [s], at least two."""
     return max(DURATION / period, 2.0)
 
 
@@ -139,12 +139,12 @@ def memory_of(spectrum: Spectrum) -> float:
 
 
 def deviation_uncertainty(memory: float, time: float) -> float:
-    """Half the interval of a standard deviation over a time [s], as a part of it (Bendat and Piersol, Random Data)."""
+    """Relative half-width of the interval of a standard deviation over a time [s] (Bendat and Piersol, Random Data)."""
     return _WIDE * 0.5 * math.sqrt(memory / time)
 
 
 def components_needed(crests: float, part: float) -> int:
-    """Components of equal energy and fixed amplitude whose largest of some crests is low by a part at most.
+    """Number of components of equal energy and fixed amplitude with which the largest crest is low by at most `part`.
 
     The envelope of N phasors exceeds its Rayleigh distribution exp(-q), q = r^2/2, by the factor 1 - (q^2/2 - q)/(2N)
     (Pearson's first term); at q = ln(crests) that lowers the crest by (q/2 - 1)/(4N) of itself.

@@ -1,4 +1,4 @@
-"""Quantities along lines, of frames and of all steps, and of what is known at the beginning."""
+"""Quantities along lines, in frames and over all steps, and those known at the beginning."""
 
 from .quantity import Quantity, of
 
@@ -10,7 +10,7 @@ _run_cells = of("cell", "run")
 _node = of("node", "")
 _cell = of("cell", "")
 _component = of("component", "")
-#: In the order of a record.
+#: Fields in the order of a record.
 FIELDS: tuple[Quantity, ...] = (
     Quantity("frame", (), "s", "time of a frame", over="frame"),
     _frame_nodes("cable_position", "m", "position of the cable's nodes, in order from the anchor"),

@@ -1,10 +1,10 @@
-"""Figures of a run, which one would print.
+"""Figures of a run, for print.
 
     from dolfbuoy import figures, simulate
-    figures.tension(simulate("short"))  # in a notebook it is shown; figures.tension(record).savefig("tension.pdf")
+    figures.tension(simulate("short"))  # a notebook shows it; figures.tension(record).savefig("tension.pdf") saves it
 
-Each takes a record, from `simulate` or opened with xarray, and perhaps its scene, and returns a figure of matplotlib.
-It raises InputError where the record lacks what it needs; saving is the caller's.
+Each takes a record, from `simulate` or opened with xarray, and optionally its scene, and returns a matplotlib figure.
+Raises InputError if the record lacks the data; the caller saves the figure.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-# Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
+# Importing these registers their figures; `figures.snapshot` is the figure, not the module.
 from . import over_time, trajectories
 from . import snapshot as _snapshot
 from .after_ramp import Missing, TooShort
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [*FIGURES, "draw_all"]
-#: Places of the modules of figures; those that others register come last.
+#: Order of the figure modules; figures registered elsewhere come last.
 _ORDER = {module.__name__: k for k, module in enumerate((trajectories, over_time, _snapshot))}
-#: Cables or buoys that have figures of their own: those with the largest value of a quantity.
+#: Largest number of cables or buoys with figures of their own, and the quantity whose largest values select them.
 MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
 
@@ -47,18 +47,18 @@ def __dir__() -> list[str]:
 
 
 def in_order() -> dict[str, Any]:
-    """The figures of a run by name, in one order whichever of their modules was imported first."""
+    """The figures of a run by name, in an order independent of the order of imports."""
     return dict(sorted(FIGURES.items(), key=lambda figure: _ORDER.get(figure[1].__module__, len(_ORDER))))
 
 
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None, svg: bool = True) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
-    The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name after that
-    of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
+    The snapshot shows the whole system.  The other figures are drawn for each cable or buoy, with its name appended if
+    there are several; beyond MOST_PARTS, only for those with the largest top tension or cone angle.
 
-    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  svg:
-    whether each is written as SVG too.  Raises InputError if the folder holds no run.
+    say: called with a sentence for each figure that the run is too short for, and if some parts have no figures.  svg:
+    also write each as SVG.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     folder, written, notes = Path(folder), list[Path](), dict[str, None]()

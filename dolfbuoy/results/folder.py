@@ -1,7 +1,7 @@
-"""A folder of results: who writes in it now, and which of its files are the program's.
+"""A folder of results: which process writes in it, and which of its files belong to the program.
 
-`.dolfbuoy.json` lists, apart for a run and for an equilibrium, the scene's digest, the command, and the files that were
-written.  Only these are ever replaced or removed; whatever else lies in the folder is the user's.
+`.dolfbuoy.json` lists, separately for each kind of result, the scene's digest, the command, and the files written. Only
+these are ever replaced or removed; all other files in the folder are the user's.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
-#: What each kind of result consists of, the record first; a run has figures too.
+#: Files of each kind of result, the record first; a run has figures too.
 FILES: dict[str, tuple[str, ...]] = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
 _WITHOUT_RUN = (
     "static",
@@ -50,7 +50,7 @@ FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
 FILES["study"] = ("tables.md", "report.md", "hard-cases.md")
 DRAWN = ("figures", "paraview")
-#: A manifest that lists anything else is not the program's: no file of the user's is removed because of it.
+#: Files that a manifest may list; one that lists others is rejected, so that no file of the user's is ever removed.
 _OWN = re.compile(
     "|".join(re.escape(name) for names in FILES.values() for name in names)
     + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision|report)\.html|(calibrated|designed)\.toml"
@@ -60,10 +60,10 @@ _OWN = re.compile(
 
 @contextmanager
 def claimed(path: str | Path, comm: Any = MPI.COMM_SELF, shared: bool = False) -> Iterator[None]:
-    """Make a folder, and be the only process, or the only group of ranks, that writes in it.
+    """Make a folder and lock it, so that only this process, or group of ranks, writes in it.
 
-    Collective; the lock is that of rank 0 and ends with its process.  shared: others that share it may write too.
-    Raises InputError if there is another, or if nothing can be written there.
+    Collective; rank 0 holds the lock, which ends with its process.  shared: others that share it may write too. Raises
+    InputError if the folder is locked by another, or not writable.
     """
     with _agreed(comm) as root:
         lock = _lock(Path(path), shared) if root else None
@@ -76,7 +76,7 @@ def claimed(path: str | Path, comm: Any = MPI.COMM_SELF, shared: bool = False) -
 
 @contextmanager
 def _agreed(comm: Any) -> Iterator[bool]:
-    """A block for rank 0, where it is given True; an InputError in it is raised on all ranks."""
+    """A block that yields True on rank 0; an InputError raised in it is raised on all ranks."""
     error = None
     try:
         yield comm.rank == 0
@@ -106,10 +106,10 @@ def _lock(path: Path, shared: bool) -> int:
 
 
 def holds(path: str | Path, kind: str, scene: Scene, overwrite: bool = False, comm: Any = MPI.COMM_SELF) -> bool:
-    """True if the finished result of this scene is in the folder already; collective.
+    """True if the folder already holds the finished result of this scene; collective.
 
-    kind: a key of FILES.  Raises InputError if the results of something else, or a file of the user's, would be
-    replaced; overwrite: results may be, a file of the user's never.
+    kind: a key of FILES.  Raises InputError if other results or a file of the user's would be replaced; overwrite
+    allows the former, never the latter.
     """
     found = False
     with _agreed(comm) as root:
@@ -142,7 +142,7 @@ def _holds(path: Path, kind: str, scene: Scene, overwrite: bool) -> bool:
 
 
 def _check_own(path: Path, name: str, entry: dict[str, Any]) -> None:
-    """Refuse to replace a file that is not the program's, or a scene that was edited."""
+    """Raise InputError if a file that is not the program's, or an edited scene, would be replaced."""
     file = path / name
     if not os.path.lexists(file):
         return
@@ -155,31 +155,31 @@ def _check_own(path: Path, name: str, entry: dict[str, Any]) -> None:
 
 
 def digest(scene: Scene) -> str:
-    """Text of the complete scene, as it is written."""
+    """SHA-256 of the complete scene as text."""
     return hashlib.sha256(scene.to_toml().encode()).hexdigest()
 
 
 def begin(path: str | Path, kind: str, scene: Scene) -> None:
-    """Remove the former result of this kind, note the new one, and write its scene.  Raises OSError."""
+    """Remove the previous result of this kind, list the new one, and write its scene.  Raises OSError."""
     path = Path(path)
     manifest = _manifest(path)
     for name in manifest.get(kind, {}).get("files", ()):
         if (path / name).parent == path or not (path / name).parent.is_symlink():  # a link leads out of the folder
             (path / name).unlink(missing_ok=True)
     for name in DRAWN:
-        with suppress(OSError):  # it is not there, or the user's files are in it
+        with suppress(OSError):  # missing, or holds files of the user's
             (path / name).rmdir()
     _note(path, manifest, kind, scene, FILES[kind])
     _save_scene(path, kind, scene)
 
 
 def go_on(path: str | Path, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
-    """Note that the run in a folder goes on, perhaps to another end; collective.
+    """Record in the manifest that a run is resumed, possibly to a new end; collective.
 
-    Raises InputError for a damaged record, or an edited scene that would be replaced.
+    Raises InputError for a damaged record, or if an edited scene would be replaced.
     """
     path = Path(path)
-    comm.barrier()  # no rank reads the old scene any more
+    comm.barrier()  # all ranks have read the old scene
     with _agreed(comm) as root:
         if root:
             verify(path / "results.nc")
@@ -193,7 +193,7 @@ def go_on(path: str | Path, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
 
 
 def finish(path: str | Path, kind: str, requested: Scene | None = None) -> None:
-    """Note that a result is complete; requested: the scene that was requested, if that is not the one of the result."""
+    """Mark a result as complete; requested: the scene requested, if it differs from that of the result."""
     manifest = _manifest(Path(path))
     manifest[kind]["finished"] = True
     if requested is not None:
@@ -202,9 +202,9 @@ def finish(path: str | Path, kind: str, requested: Scene | None = None) -> None:
 
 
 def keep(path: str | Path, kind: str, scene: Scene, dataset: xr.Dataset, comm: Any = MPI.COMM_SELF) -> None:
-    """Write a result that takes no time, in the place of the former one of its kind; collective, saved by rank 0.
+    """Write a result at once, replacing the previous one of its kind; collective, saved by rank 0.
 
-    Raises InputError if a file of the user's would be replaced, OSError.
+    Raises InputError if a file of the user's would be replaced, and OSError.
     """
     with claimed(path, comm):
         holds(path, kind, scene, True, comm)
@@ -215,9 +215,9 @@ def keep(path: str | Path, kind: str, scene: Scene, dataset: xr.Dataset, comm: A
 
 
 def make_ready(path: str | Path, kind: str, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
-    """Before the work: see that `keep` will be able to write there, if there is a path; collective.
+    """Check before the work that `keep` will be able to write to the path, if any; collective.
 
-    Raises InputError if the folder cannot be made, is in use, or a file of the user's would be replaced.
+    Raises InputError if the folder cannot be made or is in use, or if a file of the user's would be replaced.
     """
     if path is not None:
         with claimed(path, comm):
@@ -225,7 +225,7 @@ def make_ready(path: str | Path, kind: str, scene: Scene, comm: Any = MPI.COMM_S
 
 
 def enlist(path: str | Path, files: Iterable[Path], kind: str = "run", comm: Any = MPI.COMM_SELF) -> None:
-    """Note files that are about to be written; collective.  Raises InputError if one is there that is the user's."""
+    """List files about to be written; collective.  Raises InputError if one exists and is the user's."""
     path = Path(path)
     with _agreed(comm) as root:
         if root:
@@ -239,21 +239,21 @@ def enlist(path: str | Path, files: Iterable[Path], kind: str = "run", comm: Any
 
 
 def refuse_own(path: str | Path, names: Iterable[str], kind: str, comm: Any = MPI.COMM_SELF) -> None:
-    """Before the work: raise InputError if one of these files is there and is the user's; collective."""
+    """Raise InputError, before the work, if one of these files exists and is the user's; collective."""
     with _agreed(comm) as root:
         for name in names if root else ():
             _check_own(Path(path), name, _manifest(Path(path)).get(kind, {}))
 
 
 def remark(path: str | Path, kind: str, **facts: Any) -> None:
-    """Note what else is known of a result, until another takes its place."""
+    """Add facts about a result to the manifest, kept until the result is replaced."""
     manifest = _manifest(Path(path))
     manifest[kind] |= facts
     _write(Path(path), manifest)
 
 
 def remarks(path: str | Path, kind: str) -> dict[str, Any]:
-    """Notes of `remark`, among the rest of the manifest's entry; empty if there is none."""
+    """The manifest's entry, with the facts of `remark`; empty if there is none."""
     found: dict[str, Any] = _manifest(Path(path)).get(kind, {})
     return found
 
@@ -266,7 +266,7 @@ def can_resume(path: str | Path, scene: Scene) -> bool:
 
 
 def is_edited(path: str | Path, scene: Scene) -> bool:
-    """True if the scene in a folder is known not to be that of its run."""
+    """True if the scene in a folder is known to differ from that of its run."""
     written = _manifest(Path(path)).get("run", {}).get("scene")
     return written is not None and written != digest(scene)
 
@@ -287,7 +287,7 @@ def _write(path: Path, manifest: dict[str, Any]) -> None:
 
 
 def _manifest(path: Path) -> dict[str, Any]:
-    """Entries of the manifest by kind; none if there is no manifest.  Raises InputError for a damaged one."""
+    """Entries of the manifest by kind; empty if there is no manifest.  Raises InputError for a damaged one."""
     file = path / MANIFEST
     try:
         if file.exists() and not file.is_file():

@@ -1,4 +1,4 @@
-"""A run at an instant, for every picture in space: lines in their pieces, hulls, marks, forces, water and bed."""
+"""State of a run at an instant, for all 3D pictures: pieces of lines, hulls, marks, forces, water and bed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Span(NamedTuple):
-    """A cable: its name, and the nodes and elements of the record that are its own."""
+    """A cable: its name, and its nodes and elements in the record."""
 
     name: str
     node: slice
@@ -39,13 +39,13 @@ class Span(NamedTuple):
 
     @property
     def per(self) -> int:
-        """Straight pieces with which an element is drawn."""
+        """Number of straight pieces by which an element is drawn."""
         return int((self.node.stop - self.node.start - 1) // (self.cell.stop - self.cell.start))
 
 
 class Mark(NamedTuple):
-    """A joint or an end that is on no buoy: its name or none, kind (of scene.network.End; with a body that is heavier
-    than water "clump", else "float"), the body's weight in water [N], and node."""
+    """A joint, or an end not on a buoy: name (or ""), kind, weight of its body in water [N], and node.
+    kind: of scene.network.End, or "clump" or "float" for a body heavier or lighter than water."""
 
     name: str
     kind: str
@@ -54,11 +54,11 @@ class Mark(NamedTuple):
 
 
 class Force(NamedTuple):
-    """A force of a record over its rows.
+    """A force over the rows of a record.
 
-    kind: "outside" (wind and external force), "pulls" (an end of a line at a buoy) or "holds" (whatever holds an end).
-    vectors: rows (n,) -> (n, 3) [N].  node: of the end.  buoy, arm: a number, and where it acts on it (3,), off C [m].
-    path: where it acts on a vessel over time [m].
+    kind: "outside" (wind and external force), "pulls" (an end of a line at a buoy) or "holds" (the support of an end).
+    vectors: rows (n,) -> (n, 3) [N].  node: of the end.  buoy, arm: its number, and point of action from C (3,) [m].
+    path: point of action on a vessel over time [m].
     """
 
     kind: str
@@ -71,7 +71,7 @@ class Force(NamedTuple):
 
 
 def pieces_of(x: NDArray[Any], whole: NDArray[Any]) -> list[NDArray[Any]]:
-    """Nodes (n, 3) of a line with as many straight pieces on each element, apart where an element is not whole."""
+    """Split the nodes (n, 3) of a line into pieces where elements have parted; whole: (elements,)."""
     per = (len(x) - 1) // len(whole)
     gone = np.flatnonzero(~whole)
     bounds = zip([0, *per * (gone + 1)], [*per * gone, len(x) - 1], strict=True)
@@ -79,7 +79,7 @@ def pieces_of(x: NDArray[Any], whole: NDArray[Any]) -> list[NDArray[Any]]:
 
 
 def whole_at(record: xr.Dataset, time: float) -> NDArray[Any]:
-    """Which elements of a record, or of its part of one cable, have not parted at a time."""
+    """Mask of the elements of a record, or of its part of one cable, that have not parted by a time."""
     if "parted_at" not in record:
         return np.ones(record.sizes["cell"], dtype=bool)
     return np.asarray(~(record.parted_at.values <= time))
@@ -87,10 +87,10 @@ def whole_at(record: xr.Dataset, time: float) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class Frame:
-    """All that is drawn of a run at `time` [s]; number: of the recorded frame, row: of the record's times.
+    """Everything drawn of a run at `time` [s]; number: of the recorded frame, row: of the record's times.
 
-    x: nodes (n, 3) of all lines [m].  tension, whole: mean tension [N] of their elements, and which have not parted.
-    lines: name of every cable and nodes of its pieces, more than one where it has parted.  buoys: where they are.
+    x: nodes (n, 3) of all lines [m].  tension, whole: mean tension of their elements [N], and mask of those not parted.
+    lines: name of each cable and nodes of its pieces, several if it has parted.  buoys: positions and attitudes.
     """
 
     run: Frames
@@ -109,17 +109,17 @@ class Frame:
 
     @property
     def alone(self) -> bool:
-        """True if there is one line at most, and one buoy."""
+        """True if there is at most one line and at most one buoy."""
         return len(self.run.spans) <= 1 and len(self.run.buoys) <= 1
 
     @property
     def hulls(self) -> list[Floating]:
-        """The buoys that have one."""
+        """The buoys that have a hull."""
         return [buoy for buoy in self.buoys if buoy.shape]
 
     @property
     def points(self) -> NDArray[Any]:
-        """Points (n, 3) of all that is drawn [m]."""
+        """Points (n, 3) of everything drawn [m]."""
         ends = itertools.chain.from_iterable(device.at(self) for device in self.run.devices)
         corners = itertools.chain.from_iterable(shell.at(self.time) for shell in self.run.shells)
         buoys = (buoy.at(height) for buoy in self.buoys for height in buoy.heights)
@@ -140,7 +140,7 @@ class Frame:
 
     @property
     def direction_deg(self) -> float:
-        """Heading of the vertical plane that shows the water's motion; without any, the lines."""
+        """Heading of the vertical plane that shows the water's motion or, without waves and current, the lines."""
         for section in (self.scene.waves, self.scene.current):
             if section:
                 return float(section.direction_deg)
@@ -154,7 +154,7 @@ class Frame:
 
     @property
     def depth_below_bed(self) -> float:
-        """Depth of the lowest point of the lines below the bed [m]; negative over it, and for lines that lie on it."""
+        """Depth of the lowest point of the lines below the bed [m]; negative above it, and with a [seabed]."""
         return -1.0 if self.scene.seabed else float(self.bed - self.x[:, 2].min())
 
     def in_hull(self, x: NDArray[Any]) -> NDArray[Any]:
@@ -166,8 +166,8 @@ class Frame:
     def arrows(
         self, kind: str, box: Any = (-np.inf, np.inf), beyond: Any = None
     ) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
-        """(name, where it acts [m], vector [N]) of the forces of a kind on buoys, and on vessels in a box; of those on
-        vessels alone that are outside another one, `beyond`."""
+        """(name, point of action [m], vector [N]) of the forces of a kind on buoys, and on vessels inside a box.
+        beyond: a second box; then only forces on vessels outside it."""
         row, places = np.array([self.row]), [(f, f.buoy, f.arm) for f in self.run.forces if f.kind == kind]
         on = [(f, self.buoys[k].place(arm)) for f, k, arm in places if k is not None and arm is not None]
         on += [(f, np.array(f.path(self.time))) for f in self.run.forces if f.kind == kind and f.path is not None]
@@ -178,11 +178,11 @@ class Frame:
 
 
 class Frames:
-    """The frames of a record, in which everything of the scene has its place.
+    """The frames of a record, with everything in the scene that is drawn.
 
-    times: of the frames [s]; of a record without lines of all its rows.  spans, buoys, marks: of the cables, names of
-    the buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.  devices: take-offs.
-    shells: hulls of vessels.
+    times: of the frames, or of all rows of a record without lines [s].  spans, buoys, marks: cables, names of the
+    buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.  devices: take-offs.  shells:
+    hulls of vessels.
     """
 
     def __init__(self, record: xr.Dataset, scene: Scene):
@@ -209,7 +209,7 @@ class Frames:
         return Frame(self, number, time, row, x, tension, whole, lines, buoys)
 
     def buoy(self, number: int, row: int) -> Floating:
-        """A buoy at a row of the record's times; how fast it moves follows from its momenta."""
+        """A buoy at a row of the record's times; its velocities follow from its momenta."""
         buoy, record = self.network.buoys[self.buoys[number]], self.record
         r_C, R = record.buoy_position.values[row, number], rotation_of(record.buoy_orientation.values[row, number])
         if "linear_momentum" not in record:
@@ -224,8 +224,8 @@ class Frames:
 
     @property
     def places(self) -> NDArray[Any]:
-        """Places (n, 3) of all nodes and centres of mass at all times, of ends of take-offs and hulls of vessels at the
-        first [m]."""
+        """Points (n, 3) of all nodes and centres of mass at all times [m].
+        Those of take-offs and vessels at the first time only."""
         known = [self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record]
         known += [device.at(self.at(self.times[0])) for device in self.devices]
         known += [shell.at(float(self.times[0])) for shell in self.shells]
@@ -244,7 +244,7 @@ class Frames:
                 yield piece, end, self.network.pieces[piece].ends[end]
 
     def _marks(self) -> Iterator[Mark]:
-        """Joints as the record has them, and ends without a name."""
+        """Joints in the order of the record, unnamed ends, and winches."""
         pieces, density = self.network.pieces, self.scene.sea.density if self.scene.sea else 0.0
         places = {end.name: (k, i) for k, piece in enumerate(pieces) for i, end in enumerate(piece.ends)}
         for name, held in self.network.joints.items():
@@ -260,7 +260,7 @@ class Frames:
             yield Mark("", "winch", 0.0, self.node_of(piece, end))
 
     def _recorded(self) -> Iterator[Force]:
-        """Forces of lines on buoys, and of what holds their ends."""
+        """Forces of lines on buoys, and of the supports of their ends."""
         if "mooring_force" in self.record and self.spans and self.buoys:
             for i, (piece, end) in enumerate(attached_ends(self.network)):
                 held, vectors = self.network.pieces[piece].ends[end], self._column("mooring_force", i)
@@ -295,7 +295,7 @@ class Frames:
         return lambda rows: np.array([pulls(t) for t in self.record.time.values[rows]])
 
     def _wind(self, number: int, wind: Wind, arm: NDArray[Any]) -> Callable[..., Any]:
-        """Wind of a section [wind], at its height over the water; of many instants from a table over that height."""
+        """Wind force at its height above the water; for many instants, interpolated in a table over that height."""
 
         def vectors(rows: NDArray[Any]) -> NDArray[Any]:
             points = np.array([self.buoy(number, row).place(arm) for row in rows])

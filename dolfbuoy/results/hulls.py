@@ -1,4 +1,4 @@
-"""Buoys where they are: points of the axis, surface and silhouette of the hull."""
+"""Buoys in space: points of the axis, surface and silhouette of the hull."""
 
 import itertools
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from ..scene.buoy import Buoy
 class Floating:
     """A buoy of a scene with its centre of mass C at r_C (3,) [m], turned by R (3, 3).
 
-    velocity, spin: of C and about it (3,) [m/s, rad/s], if they are known.  shape: its hull, if it has one.  center:
-    height of C above the keel, heights: of everything on the axis [m].  size: largest dimension [m].  masses: places
-    of point masses.  mast: ends (2, 3) of what stands above the hull, or in the place of one.
+    velocity, spin: of C and about it (3,) [m/s, rad/s], if known.  shape: its hull, if any.  center: height of C above
+    the keel, heights: of everything on the axis [m].  size: largest dimension [m].  masses: positions of point masses.
+    mast: ends (2, 3) of the line drawn above the hull, or instead of one.
     """
 
     buoy: Buoy
@@ -38,7 +38,7 @@ class Floating:
         self.mast = np.array([self.at(foot), self.at(max(self.heights))]) if masses or not self.shape else None
 
     def arm(self, height: float) -> NDArray[Any]:
-        """From C to the point of the buoy's axis at `height` above the keel, upright (3,) [m]."""
+        """Vector (3,) from C to the point of the axis at `height` above the keel, of the upright buoy [m]."""
         return np.array([0.0, 0.0, height - self.center])
 
     def place(self, arm: NDArray[Any]) -> NDArray[Any]:
@@ -46,12 +46,12 @@ class Floating:
         return np.asarray(self.r_C + self.R @ arm)
 
     def at(self, height: float) -> NDArray[Any]:
-        """Place of the point of the buoy's axis at `height` above the keel."""
+        """Position of the point of the buoy's axis at `height` above the keel."""
         return self.place(self.arm(height))
 
     @property
     def outline(self) -> NDArray[Any]:
-        """(height over C, radius) (n, 2) of the stations of the hull, or of its axis if there is none [m]."""
+        """(height above C, radius) (n, 2) of the stations of the hull or, without one, of the axis [m]."""
         if self.shape:
             return np.column_stack([self.shape.heights - self.center, self.shape.radii])
         return np.array([[self.buoy.mooring_height - self.center, 0.0], [0.0, 0.0]])
@@ -70,7 +70,7 @@ class Floating:
         return self.r_C + points @ self.R.T, quads
 
     def silhouette(self, view: NDArray[Any]) -> NDArray[Any]:
-        """The outline (n, 2) as it is seen along a horizontal direction."""
+        """Outline (n, 2) of the hull in the vertical plane along a horizontal direction."""
         axis, stations = self.R[:, 2], self.outline
         aside = view - (view @ axis) * axis
         aside /= np.linalg.norm(aside) or 1.0
@@ -81,8 +81,8 @@ class Floating:
 
 
 def surface_of(outline: NDArray[Any], around: int = 48, cell: float = np.inf) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Points (n, 3) and quadrilaterals (m, 4) of the closed surface of revolution of an outline (height, radius), from
-    below up.
+    """Points (n, 3) and quadrilaterals (m, 4) of the closed surface of revolution of an outline.
+    outline: (height, radius) from the lowest station up.
 
     around: number of meridians.  cell: longest quadrilateral along a meridian [m].
     """
@@ -98,7 +98,7 @@ def surface_of(outline: NDArray[Any], around: int = 48, cell: float = np.inf) ->
 
 
 def _refined(outline: NDArray[Any], cell: float) -> NDArray[Any]:
-    """The outline with its pieces divided so that none is longer than `cell`; pieces of no length are left out."""
+    """The outline divided into pieces no longer than `cell`; pieces of zero length are dropped."""
     points = [outline[:1]]
     for a, b in itertools.pairwise(outline):
         length = float(np.hypot(*(b - a)))

@@ -1,4 +1,4 @@
-"""Datasets of numbers that are not over time: modes, responses, stiffnesses, offsets."""
+"""Datasets without a time axis: modes, responses, stiffnesses, offsets."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Labels of the dimension `part` of complex numbers, which NetCDF does not have.
+#: Labels of the dimension `part` of complex numbers, which NetCDF lacks.
 PARTS = ("real", "imaginary")
 #: Dimensions, values, and attributes, or unit and long name.
 Variable = tuple[Any, ...]
 
 
 def unit_and_name(unit: str, text: str) -> dict[str, str]:
-    """Attributes of a variable; none but its text for what has no unit."""
+    """Attributes of a variable; without a unit, only its long name."""
     return {"units": unit, "long_name": text} if unit else {"long_name": text}
 
 
@@ -27,7 +27,7 @@ def labelled(
 ) -> xr.Dataset:
     """A dataset of {name: (dimensions, values, (unit, long name))}; labels: coordinates by their dimension.
 
-    Complex values become their two parts, where `part` stands among the dimensions.
+    Complex values are split into their two parts along the dimension `part`.
     """
     import xarray as xr
 
@@ -40,5 +40,5 @@ def labelled(
 
 
 def complex_of(variable: xr.DataArray) -> NDArray[Any]:
-    """Complex numbers of a variable over `part`."""
+    """Complex values of a variable with the dimension `part`."""
     return np.asarray(variable.isel(part=0).values + 1j * variable.isel(part=1).values)

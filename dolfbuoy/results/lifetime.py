@@ -1,4 +1,4 @@
-"""A life of sea states with their probabilities, and a design wave beside the seeds of one."""
+"""Lifetime over sea states with their probabilities, and a design wave compared with the seeds of one sea state."""
 
 import itertools
 import math
@@ -15,16 +15,16 @@ from .sample import YEAR, Fatigue
 from .series import described, place_of
 from .statistics import Run, curves_in_words, gumbels, labels_of, shortest_life
 
-#: Of the largest value, by default.
+#: Default return period of the largest value.
 YEARS = 50.0
 
 
 def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
-    """Over `series`, each of the cable or buoy `part`: damage per year, life in years (and over the safety factor of
-    the scenes, if they have one), equivalent load of the whole year, and the value that the largest of 3 h exceeds once
-    in so many years on the average (nan: some sea state has too few seeds).
+    """Fatigue and largest value over a life, over `series` of a cable or buoy `part`.
 
-    scatter: CSV with the keys that the sweep varies and `probability`; what is left of 1 is calm, without damage or
+    Damage and equivalent load per year, life in years (also divided by a safety factor in the scenes), and the value
+    exceeded by the maximum of 3 h once in this many years on average (nan: some sea state has too few seeds).
+    scatter: CSV with the keys varied by the sweep and `probability`; the remainder to 1 is calm, without damage or
     load.  Raises InputError if a sea state with a probability has no run.
     """
     if not 0 < years < math.inf:
@@ -50,7 +50,7 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
 
 
 def _over_series(labels: list[str]) -> dict[str, Any]:
-    """Coordinates of numbers of one value for each series."""
+    """Coordinates of a dataset with one value for each series."""
     return {
         "series": [place_of(label).name for label in labels],
         "part": ("series", [place_of(label).part for label in labels]),
@@ -59,8 +59,8 @@ def _over_series(labels: list[str]) -> dict[str, Any]:
 
 
 def against_seeds(runs: list[Run], design: Run) -> xr.Dataset:
-    """Over `series`: largest value of a run in a design wave, and the probability that the largest of 3 h of a sea is
-    above it, by the runs of one set; `most_probable` largest value of the set.  Raises InputError.
+    """Largest values of a design-wave run compared with the 3 h extremes of one set of runs, over `series`.
+    Gives the probability that the 3 h maximum exceeds it, and the `most_probable` maximum.  Raises InputError.
     """
     if len({run.set for run in runs}) != 1:
         raise InputError("--design: goes with runs that differ in their seed only.")
@@ -81,7 +81,7 @@ def against_seeds(runs: list[Run], design: Run) -> xr.Dataset:
 
 
 def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]:
-    """(probability, its runs) of every sea state that occurs."""
+    """(probability, runs) of every sea state that occurs."""
     for changes, probability in probabilities(scatter):
         mine = [run for run in runs if run.changes == changes]
         if probability > 0 and not mine:
@@ -99,7 +99,7 @@ def _row(
     reasons: list[str],
     curves: dict[str, list[str]],
 ) -> tuple[float, float, float, float]:
-    """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
+    """Damage per year, life, equivalent load, largest value; nan if unknown, for the last with a reason."""
     damage = load = largest = life = math.nan
     if all(label in run.sample["cycles"] for _, mine in states for run in mine):
         lengths = [sum(run.sample["duration"] for run in mine) for _, mine in states]
@@ -124,9 +124,9 @@ def _row(
 
 
 def _largest(states: list[tuple[float, Gumbel, float]], years: float) -> float:
-    """The value that the largest of 3 h exceeds once in so many years; states: (probability, Gumbel, length of a run).
+    """The value exceeded by the maximum of 3 h once in this many years; states: (probability, Gumbel, length of a run).
 
-    Root of the probability that the largest value of any 3 h is above it; nan if the states are rarer than that.
+    Root of the exceedance probability of the maximum of any 3 h; nan if the states together are rarer than that.
     """
     from scipy.optimize import brentq
 

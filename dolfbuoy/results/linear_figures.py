@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-#: Lines of several buoys.
+#: Line styles of several buoys.
 STYLES = ("-", "--", ":", "-.")
-#: Directions that a legend names.
+#: Most directions named in a legend.
 MOST_NAMED = 12
-#: How states that are no good are marked.
+#: Marks of invalid states.
 MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
 
 
 def offset_curves(dataset: xr.Dataset, anchors: Iterable[tuple[float, ...]] = ()) -> Figure:
-    """Offset along the load and top tension over its size, and the watch circles; slack and drowned states are marked.
+    """Offset along the load, top tension, and watch circles; states with a slack line or submerged buoy are marked.
 
     anchors: (x, y) of marks in the plan view [m].
     """
@@ -79,7 +79,7 @@ def _plan(axes: Any, dataset: xr.Dataset, sizes: NDArray[Any], directions: NDArr
 
 
 def _legend(dataset: xr.Dataset, directions: NDArray[Any], colours: NDArray[Any]) -> list[Any]:
-    """The directions, of many some; the buoys if there are several, and the marks that there are."""
+    """Handles of the directions (some of many), of the buoys if there are several, and of the marks that occur."""
     shown = range(0, len(directions), -(-len(directions) // MOST_NAMED))
     found = [Line2D([], [], color=colours[i], marker=".", label=f"towards {directions[i]:g}°") for i in shown]
     if dataset.sizes.get("buoy", 0) > 1:
@@ -91,7 +91,7 @@ def _legend(dataset: xr.Dataset, directions: NDArray[Any], colours: NDArray[Any]
     return found
 
 
-#: So many curves of a panel have their names in one row above them; of more, small in columns.
+#: Up to this many curves are named in one row above a panel; more, in small columns.
 FEW = 3
 #: Panels of motions: title, motions, factor, unit.
 PANELS = (
@@ -101,7 +101,7 @@ PANELS = (
 
 
 def amplitudes(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, ...] = ()) -> Figure:
-    """Amplitude per metre over the period: lines in small waves, dashed in waves of the height, marks from runs.
+    """Amplitude per metre over the period: solid in small waves, dashed in waves of the given height, marks from runs.
 
     runs: dicts with "period", and the amplitudes per metre by name.
     """
@@ -139,7 +139,7 @@ def _name(axes: Any) -> None:
 
 
 def _of_buoys(dataset: xr.Dataset, names: tuple[Any, ...]) -> list[tuple[str, str, xr.Dataset]]:
-    """(motion, " of its buoy", what there is of that buoy) of all buoys."""
+    """(motion, " of BUOY", its part of the dataset) of all buoys."""
     return [(name, of_buoy, one) for of_buoy, one in each_buoy(dataset) for name in names]
 
 
@@ -164,7 +164,7 @@ def _curves(
 
 
 def spectra(dataset: xr.Dataset) -> Figure:
-    """Spectra of the elevation, the motions and the tensions in an irregular sea, each over its own scale."""
+    """Spectra of the elevation, motions and tensions in an irregular sea, each to its own scale."""
     f = dataset.omega.values / (2 * np.pi)
     with matplotlib.rc_context(STYLE):
         figure = new_figure(PAGE, 2.6)

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TENSIONS = ("tension_top", "tension_anchor")
-#: Note wherever these numbers are shown.
+#: Note shown with these numbers.
 LINEAR = (
     "Linear: standard deviations and amplitudes about the mean, no extremes; slack lines, snaps, a buoy under water "
     "and drift are not in it."
 )
-#: Note on a scene that moves the ends of its lines.
+#: Note for a scene that moves the ends of its lines.
 HELD = "Ends that the scene moves are held still: only the waves are in this response."
 
 
@@ -42,8 +42,8 @@ def dataset_of_response(
 ) -> xr.Dataset:
     """Amplitudes per metre over periods, in small waves and in waves of a height [m] (None: not requested).
 
-    seaway: `linear.seaway.Seaway`.  small, high: its X (rows, periods).  sea: (`linear.spectrum.Bins`, its X) of an
-    irregular one.
+    seaway: `linear.seaway.Seaway`.  small, high: its X (rows, periods).  sea: (`linear.spectrum.Bins`, X) of an
+    irregular sea.
     """
     data: dict[str, Variable] = {"period": (("period",), periods, ("s", "period of the waves"))}
     for name, X, words in (("rao", small, "in small waves"), ("rao_drag", high, "in waves of this height")):
@@ -64,12 +64,12 @@ def dataset_of_response(
 
 
 def _motions(seaway: Any, X: NDArray[Any]) -> NDArray[Any]:
-    """(buoy, motion, ...)."""
+    """Array (buoy, motion, ...) of the motions in X."""
     return np.array([np.array(motion) for motion in seaway.motions(X)])
 
 
 def _by_line(seaway: Any, values: NDArray[Any]) -> NDArray[Any]:
-    """(cable, tension, ...) of (tensions of a Seaway, ...); nan of a top that is free."""
+    """Tensions of a Seaway as (cable, tension, ...); nan for a free top."""
     found = np.full((len(seaway.found.lines), len(TENSIONS), *values.shape[1:]), np.nan, dtype=values.dtype)
     for (what, cable), value in zip(seaway.tension_slopes(), values, strict=True):
         found[cable, TENSIONS.index(what)] = value
@@ -106,13 +106,13 @@ def _irregular(seaway: Any, bins: Any, X: NDArray[Any]) -> dict[str, Variable]:
 
 
 def each_buoy(dataset: xr.Dataset, kind: str = "buoy") -> list[tuple[str, xr.Dataset]]:
-    """(" of its name", empty for the only one, its part) of each buoy, or vessel."""
+    """(" of NAME", or "" if there is only one; its part) of each buoy or vessel."""
     names = names_of(dataset, kind)
     return [(f" of {name}" if len(names) > 1 else "", dataset.sel({kind: name})) for name in names]
 
 
 def each_tension(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """(name, with that of the cable if there are several, its part) of each tension; not of tops that are free."""
+    """(name, including the cable's if there are several; its part) of each tension except those of free tops."""
     names = names_of(dataset, "cable")
     found = [
         (f"{what}_{name}" if len(names) > 1 else what, dataset.sel(cable=name, tension=what))
@@ -123,7 +123,7 @@ def each_tension(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 
 def warnings(dataset: xr.Dataset) -> list[str]:
-    """Warnings of a response that is no longer linear: a line goes slack."""
+    """Warnings where a line goes slack, so that the response is no longer linear."""
     found = []
     for name, one in each_tension(dataset):
         if "tension_std" in one and 3 * one.tension_std.item() > one.tension_mean.item():
@@ -150,15 +150,15 @@ NAMES = {
     "hull": "Restoring matrix of the hull with all its loads about C",
     "total": "Restoring matrix of both about C",
 }
-#: Less than this in a rigid direction, of length 1, is rounding.
+#: Components of a unit vector along a rigid direction below this are rounding errors.
 LEAST_PART = 1e-6
 
 
 def dataset_of_stiffness(problem: Problem, found: Any, vessels: Sequence[Any] = ()) -> xr.Dataset:
-    """Matrices of `linear.stiffness.Restoring`: the blocks of each body, with the others held; and those of
-    `linear.stiffness.on_vessels`, with what lines pull with there.
+    """Restoring matrices of each body with the others held, and of vessels with the pull of their lines.
 
-    What is rigid is infinite, and `rigid` has its directions.
+    found: `linear.stiffness.Restoring`; vessels: `linear.stiffness.on_vessels`.  Rigid entries are infinite, with their
+    directions in `rigid`.
     """
     labels: dict[str, Any] = {"reaction": REACTIONS, "motion": AXES}
     data = _of_bodies(found) if found.bodies else {}
@@ -184,7 +184,7 @@ def _of_bodies(found: Any) -> dict[str, Variable]:
         for i, (body, rigid) in enumerate(zip(found.bodies, found.rigid, strict=True)):
             block = matrix[6 * i : 6 * i + 6, 6 * i : 6 * i + 6]
             directions = rigid if name != "hull" else rigid[:, :0]
-            infinite = directions @ directions.T  # where the rigid directions (6, k) have a part
+            infinite = directions @ directions.T  # nonzero where the rigid directions (6, k) have components
             finite.append(_across(body, block, directions))
             blocks.append(np.where(np.abs(infinite) > LEAST_PART, np.copysign(np.inf, infinite), finite[-1]))
             values.append(_eigenvalues(body, block, directions))
@@ -202,7 +202,7 @@ def _of_bodies(found: Any) -> dict[str, Variable]:
 
 
 def _across(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
-    """The block of motions of which the part along rigid directions is taken away."""
+    """The block for motions with their component along rigid directions removed."""
     if not rigid.shape[1]:
         return block
     arms, across = body.arms, np.eye(6) - rigid @ rigid.T
@@ -210,14 +210,14 @@ def _across(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]
 
 
 def _eigenvalues(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
-    """Rising, infinite ones last."""
+    """Eigenvalues in increasing order, infinite ones last."""
     across = np.linalg.svd(rigid)[0][:, rigid.shape[1] :] if rigid.shape[1] else np.eye(6)
     finite = np.linalg.eigvalsh(across.T @ body.scaled(block) @ across)
     return np.concatenate([finite, np.full(rigid.shape[1], np.inf)])
 
 
 def _rigid_motions(body: Any, rigid: NDArray[Any]) -> NDArray[Any]:
-    """(6, 6): rows of the eigenvalues that are infinite, the largest entry positive; nan of the others."""
+    """Motions (6, 6) of the infinite eigenvalues, largest entry positive; the other rows are nan."""
     rows = np.full((6, 6), np.nan)
     for row, direction in zip(rows[6 - rigid.shape[1] :], rigid.T, strict=True):
         motion = body.arms * np.where(np.abs(direction) > LEAST_PART, direction, 0.0)
@@ -247,7 +247,7 @@ def notes(dataset: xr.Dataset, scene: Scene) -> list[str]:
 
 
 def on_friction(scene: Scene) -> list[str]:
-    """Notes on the friction of the bed in linear equations."""
+    """Notes on bed friction in the linear equations."""
     if scene.seabed is None:
         return []
     words = "sticks: its springs are in these numbers" if scene.seabed.friction else "is 0: what lies slides freely"

@@ -1,4 +1,4 @@
-"""Runs of which some quantities are kept, as they are compared, and what they cost."""
+"""Runs reduced to the quantities that are compared, and to their cost."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from ..writing import replacing
 from . import quantities
 from .attitude import cone_angle
 
-#: What is compared, and its name in a sentence.
+#: Quantities that are compared, and their names in sentences.
 QUANTITIES = {name: one.compared for name, one in quantities.QUANTITIES.items() if one.compared}
 
 
 def window_start(scene: Scene) -> float:
-    """Errors count from here: after the ramp, or a tenth of the run."""
+    """Time from which errors count: the end of the ramp, or a tenth of the run [s]."""
     time: Any = scene.time
     ramp, end = ramp_of(scene), time.end
     return ramp if 0 < ramp <= 0.8 * end else 0.1 * end
 
 
 def quantities_of(scene: Scene) -> list[str]:
-    """Those of QUANTITIES that vary in the scene."""
+    """Names in QUANTITIES that vary in the scene."""
     network = scene.network
     tops = [network.pieces[network.last_of(cable)].ends[1] for cable in range(len(network.cables))]
     free = all(end.kind == "free" for end in tops)
@@ -43,7 +43,7 @@ def quantities_of(scene: Scene) -> list[str]:
 
 
 def check_quantity(scene: Scene, quantity: str) -> None:
-    """Raises InputError for a quantity that the scene does not have."""
+    """Raise InputError for a quantity that the scene does not have."""
     allowed = quantities_of(scene)
     if quantity not in allowed:
         raise InputError(f"--quantity {quantity}: this scene has {', '.join(allowed)}.")
@@ -51,7 +51,7 @@ def check_quantity(scene: Scene, quantity: str) -> None:
 
 @dataclass
 class Run:
-    """Quantities (time, numbers) over time, and what they cost: seconds of the stepping loop alone."""
+    """Quantities (time, numbers), and their cost: wall and CPU seconds of the stepping loop alone."""
 
     t: NDArray[Any]
     values: dict[str, NDArray[Any]]
@@ -76,7 +76,7 @@ class Run:
 
 
 def compute(scene: Scene, names: Iterable[str], repeats: int = 1, comm: Any = MPI.COMM_SELF) -> Run:
-    """Run a scene; times are medians over the repeats.  Raises SolveError."""
+    """Run a scene; wall and CPU times are medians over the repeats.  Raises SolveError."""
     if pace.watch is not None:
         pace.watch.runs = repeats
     runs = [_once(scene, names, comm) for _ in range(repeats)]
@@ -103,7 +103,7 @@ def _once(scene: Scene, names: Iterable[str], comm: Any) -> Run:
 
 
 def _look(simulation: Any, names: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """The numbers of each cable and of each buoy side by side."""
+    """Present values of the quantities, of all cables or buoys side by side."""
     problem = simulation.problem
     states = [buoy.fields.of(problem.system.u[buoy.part.slice]) for buoy in problem.buoys.values()]
     how = {
@@ -116,7 +116,7 @@ def _look(simulation: Any, names: Iterable[str]) -> dict[str, NDArray[Any]]:
 
 
 def machine() -> str:
-    """The processor on which the times were taken."""
+    """Name of the processor on which the times were measured."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))

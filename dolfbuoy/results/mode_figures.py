@@ -1,4 +1,4 @@
-"""Figures and ParaView files of natural modes: every shape from the side and from ahead, and moving."""
+"""Figures and ParaView files of natural modes: shapes in two vertical planes, and animations."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from ..scene.sections import Scene
     from .frame import Frame
 
-#: How the phases rest, 0, 180 and 90 degrees are drawn.
+#: Line styles of the rest position and of the phases 0, 180 and 90 degrees.
 PHASE_STYLES = {
     "at rest": {"color": "#999999", "lw": 0.8},
     "at its largest": {"color": COLORS["blue"], "lw": 0.9},
     "half a period later": {"color": COLORS["blue"], "lw": 0.9, "ls": "--"},
     "a quarter before": {"color": COLORS["orange"], "lw": 0.7},
 }
-#: Instants of an animated period.
+#: Number of instants in an animated period.
 PHASES = 16
 
 
 def mode_shape(dataset: xr.Dataset, number: int, scene: Scene, direction_deg: float = 0.0) -> Figure:
-    """Shape of mode `number` (from 1) over the rest position: at its largest, half a period later, and in between.
+    """Shape of mode `number` (from 1) and the rest position: at its largest, half a period later, and in between.
 
-    Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as in the title.
+    Left: the vertical plane along a direction [deg]; right: across it.  The title gives the enlargement.
     """
     mode, phases = dataset.isel(mode=number - 1), np.array([0, 1, -1, 1j])
     frames = Frames(moving(dataset, number, np.arange(4.0), phases), scene)
@@ -64,7 +64,7 @@ def mode_shape(dataset: xr.Dataset, number: int, scene: Scene, direction_deg: fl
 
 
 def _boxes(seen: list[NDArray[Any]]) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-    """((left, right), (low, high)) of both views, with the same heights and some room; none is very narrow."""
+    """((left, right), (low, high)) of both views: equal heights, some margin, and not too narrow."""
     points = np.concatenate(seen)
     low, high = points[:, 1].min(), points[:, 1].max()
     least = max(0.3 * (high - low), max(np.ptp(view[:, 0]) for view in seen) / 4)
@@ -76,7 +76,7 @@ def _boxes(seen: list[NDArray[Any]]) -> list[tuple[tuple[float, float], tuple[fl
 
 
 def _curves(frame: Frame, view: NDArray[Any]) -> list[NDArray[Any]]:
-    """Lines and silhouettes of a frame as they are seen along a horizontal direction, (n, 2) each."""
+    """Lines and silhouettes of a frame in the vertical plane along a horizontal direction, (n, 2) each."""
     lines = [np.column_stack([x @ view, x[:, 2]]) for _, pieces in frame.lines for x in pieces]
     return lines + [buoy.silhouette(view) for buoy in frame.buoys]
 
@@ -91,7 +91,7 @@ def draw_modes(
 ) -> list[Path]:
     """Figure of each mode in folder/figures and an animated period in folder/paraview; returns the files.
 
-    Meshes of cables and hulls, over a time of one period, or of 1 s for what has none.
+    Meshes of cables and hulls over one period, or over 1 s for a mode without a period.
     """
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():

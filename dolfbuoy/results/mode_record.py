@@ -1,4 +1,4 @@
-"""Natural modes as a dataset, modes.nc: eigenvalues, names, and shapes named as the frames of a run."""
+"""Natural modes as a dataset, modes.nc: eigenvalues, names, and shapes with the variable names of frames of a run."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .quantities import over
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
+#: Largest displacement in a picture, as a fraction of its largest extent, and largest rotation shown [rad].
 SHOWN, TURNED = 0.12, 0.25
-#: Words for a mode of each kind, where a period would stand.
+#: Words for each kind of mode, in place of a period.
 KINDS = {
     "oscillates": "",
     "overdamped": "overdamped",
@@ -45,8 +45,8 @@ UNITS = {
 def dataset_of_modes(found: Any, modes: list[Any]) -> xr.Dataset:
     """The modes of a linearised scene (`linear.natural`), complete on rank 0.  Collective.
 
-    A shape is the real part of x exp(lambda t) at t = 0 and, as imaginary part, minus that a quarter period later; its
-    largest displacement is 1 m, or the largest turn 1 rad.
+    The real part of a shape is Re(x exp(lambda t)) at t = 0, its imaginary part minus that a quarter period later; the
+    largest displacement is 1 m, or the largest rotation 1 rad.
     """
     data = _numbers(modes) | _lines(found, modes) | _bodies(found.bodies, modes)
     made = {name: (dims, values, UNITS.get(name, ("", name))) for name, (dims, values) in data.items()}
@@ -81,7 +81,7 @@ def _lines(found: Any, modes: list[Any]) -> dict[str, Any]:
     observer, numbering = Observer(problem), problem.system.numbering
     fixed, frames = observer.fixed(), []
     shapes = [part for mode in modes for part in (mode.vector.real, mode.vector.imag)]
-    own = numbering.global_index  # of given unknowns below 0, which do not move
+    own = numbering.global_index  # negative for prescribed unknowns, which do not move
     for values in [found.u, *(np.where(own >= 0, shape[own], 0.0) for shape in shapes)]:
         problem.system.u[:] = values
         frames.append(observer.frame())
@@ -109,7 +109,7 @@ def _bodies(bodies: list[Any], modes: list[Any]) -> dict[str, Any]:
 
 
 def enlargement(dataset: xr.Dataset, mode: xr.Dataset) -> float:
-    """Factor by which a shape is enlarged: to SHOWN of the extent of the picture, turns not beyond TURNED."""
+    """Factor that enlarges a shape to SHOWN of the extent of the picture, with rotations at most TURNED."""
     places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
     places = np.concatenate(places)
     extent = np.ptp(places, axis=0).max() or 1.0
@@ -119,8 +119,8 @@ def enlargement(dataset: xr.Dataset, mode: xr.Dataset) -> float:
 
 
 def moving(dataset: xr.Dataset, number: int, times: NDArray[Any], phases: NDArray[Any]) -> xr.Dataset:
-    """A record of a run in which the system does nothing but mode `number` (from 1): enlarged, Re(phase x) about the
-    rest at these times [s], phases: complex (n,)."""
+    """Record of a run in which the system moves in mode `number` (from 1) only, enlarged, about the rest position.
+    times [s]; phases: complex (n,); the displacement is Re(phase x)."""
     import xarray as xr
 
     mode = dataset.isel(mode=number - 1)
@@ -145,7 +145,7 @@ def moving(dataset: xr.Dataset, number: int, times: NDArray[Any], phases: NDArra
 
 
 def _turned(q4: NDArray[Any], turn: NDArray[Any]) -> NDArray[Any]:
-    """A unit quaternion after a rotation vector in the world frame."""
+    """A unit quaternion rotated by a rotation vector in the world frame."""
     angle = np.linalg.norm(turn)
     w, v = np.cos(angle / 2), (np.sin(angle / 2) / angle if angle else 0.0) * turn
     return np.concatenate([[w * q4[0] - v @ q4[1:]], w * q4[1:] + q4[0] * v + np.cross(v, q4[1:])])

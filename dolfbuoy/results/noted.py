@@ -1,5 +1,5 @@
-"""Notes of instants, of which quantities are read: the numbers of each source, what several quantities share, and
-numbers that a mooring is designed by: loads on its anchors, offsets of its buoys, their freeboard."""
+"""Notes of instants, from which quantities are read: the numbers of each source, intermediate results.
+Also the design numbers of a mooring: loads on its anchors, offsets and freeboard of its buoys."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 class Design:
-    """Readers of design numbers off the notes of a scene.
+    """Computes design numbers of a scene from notes.
 
-    anchors: see `anchors_of`.  centres: (x, y) of the mean of the anchors that hold each buoy [m], nan without any.
+    anchors: see `anchors_of`.  centres: mean (x, y) of the anchors that hold each buoy [m], nan if there are none.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -43,24 +43,24 @@ class Design:
                 self.centres[k] = np.mean(mine, axis=0)
 
     def pulls(self, *of_ends: NDArray[Any]) -> NDArray[Any]:
-        """Forces of the lines on the anchors (..., anchor, 3) [N], of those that hold the cables' ends.  Raises Absent
-        without an anchor."""
+        """Forces of the lines on the anchors (..., anchor, 3) [N].  Raises Absent if there is none.
+        of_ends: forces that hold the lower and the upper ends of the cables."""
         if not self.anchors:
             raise Absent("anchors")
         sums = [-sum(of_ends[i][..., cable, :] for cable, i in ends) for ends in self.anchors.values()]
         return np.stack(sums, axis=-2)
 
     def needed_weight(self, pulls: NDArray[Any]) -> NDArray[Any]:
-        """Weights in water with which sinkers just stay, H/mu + V (..., anchor) [N].  Raises Absent unless all anchors
-        are sinkers."""
+        """Least submerged weights at which sinkers do not move, H/mu + V (..., anchor) [N].
+        Raises Absent unless all anchors are sinkers."""
         if not self.given or any(one.friction is None for one in self.given.values()):
             raise Absent("sinkers")
         friction = np.array([self.given[name].friction for name in self.anchors])
         return np.asarray(np.hypot(pulls[..., 0], pulls[..., 1]) / friction + pulls[..., 2])
 
     def use(self, pulls: NDArray[Any]) -> NDArray[Any]:
-        """Part of what anchors hold that the lines take (..., anchor): needed weight over weight of a sinker, H over
-        the holding capacity.  Raises Absent where it is not known what they hold."""
+        """Utilisation of anchors (..., anchor): needed weight over weight of a sinker, or H over holding capacity.
+        Raises Absent if their capacity is not known."""
         if not self.given:
             raise Absent("anchors")
         given = [self.given[name] for name in self.anchors]
@@ -70,14 +70,14 @@ class Design:
 
     @cached_property
     def _sinkers(self) -> list[tuple[int, int, NDArray[Any]]]:
-        """(number of the anchor, number of the joint, place [m]) of sinkers that may be dragged."""
+        """(index of the anchor, index of the joint, initial position [m]) of sinkers that may drag."""
         anchors, joints = list(self.anchors), list(self.network.joints)
         bodies = [(name, body) for name, body in self.network.bodies.items() if isinstance(body, Sinker)]
         return [(anchors.index(name), joints.index(name), np.array(body.place)) for name, body in bodies]
 
     def moved(self, joints: NDArray[Any]) -> NDArray[Any]:
-        """Distances of sinkers from their places (..., anchor) [m], 0 for other anchors; joints: positions of all.
-        Raises Absent if none may be dragged."""
+        """Distances of sinkers from their initial positions (..., anchor) [m], 0 for other anchors.
+        joints: positions of all joints.  Raises Absent if no sinker may drag."""
         if not self._sinkers:
             raise Absent("sinkers that drag")
         found = np.zeros((*joints.shape[:-2], len(self.anchors)))
@@ -86,8 +86,8 @@ class Design:
         return found
 
     def offset(self, position: NDArray[Any]) -> NDArray[Any]:
-        """Horizontal distances of C from the middle of the anchors (..., buoy) [m].  Raises Absent if there are none
-        for some buoy."""
+        """Horizontal distances of C from the centre of the anchors (..., buoy) [m].
+        Raises Absent if a buoy has none."""
         if np.isnan(self.centres).any():
             raise Absent("anchors")
         x, y = np.moveaxis(position[..., :2] - self.centres, -1, 0)
@@ -118,7 +118,7 @@ class Hull(NamedTuple):
 
 
 class Noted(dict[str, NDArray[Any]]):
-    """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
+    """Notes of instants: source -> numbers (..., count), from which a Quantity is read; raises Absent for others.
 
     Sources: anchor_force, end_tension, tension_anchor, smallest_tension, bed, utilisation, bending, touchdown_moment,
     bend_utilisation, buoy, mooring, water, drift, joint, take_off, winch, wind, place_tension.
@@ -134,7 +134,7 @@ class Noted(dict[str, NDArray[Any]]):
         raise Absent(source)
 
     def each(self, source: str, size: int) -> NDArray[Any]:
-        """Numbers of each of n things, (..., n, size)."""
+        """Numbers of a source per item, (..., n, size)."""
         flat = self[source]
         return np.asarray(flat.reshape(*flat.shape[:-1], -1, size))
 
@@ -146,7 +146,7 @@ class Noted(dict[str, NDArray[Any]]):
 
     @property
     def motion(self) -> Any:
-        """As `buoy`, of what moves."""
+        """As `buoy`, for a dynamic problem.  Raises Absent at rest."""
         if not self.problem.dynamic:
             raise Absent("motion")
         return self.buoy
@@ -168,7 +168,7 @@ class Noted(dict[str, NDArray[Any]]):
 
     @cached_property
     def hull(self) -> Hull:
-        """Numbers of the wet hulls; the centre of a dry one is C."""
+        """Numbers of the wet hulls; the centre of buoyancy of a dry hull is set to C."""
         b = self.each("water", SUBMERGED)
         mass, wet = b[..., 0], b[..., 4]
         dry = mass <= 1e-9 * self._masses
