@@ -1,4 +1,4 @@
-"""The recorded numbers of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
+"""Recorded quantities of a problem: states of buoys, tensions, wet hulls, and shapes of cables."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     from ..model.problem import Problem
 
 
-#: Array, place in it, and factor.
+#: Array, index in it, and factor.
 Entry = tuple[NDArray[Any], int, float]
 
 
 class Observer:
     """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0.
 
-    end_forces: by name, arrays that are up to date whenever `note` is called.  places: of `places_of`, whose tension is
-    noted.  evaluated: so near, whenever `note` is called, that hulls may be looked at where their points are.
+    end_forces: by name, arrays that are up to date whenever `note` is called.  places: from `places_of`, where the
+    tension is noted.  evaluated: True if the hulls have already been evaluated near enough whenever `note` is called.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Observer:
         self._take = together(*self._notes(evaluated), pick)
 
     def _sources(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, list[Entry]]:
-        """Entries for `picked` of all that is noted at an instant, by name; 0 on other ranks."""
+        """Entries for `picked` of everything noted at an instant, by name; 0 on other ranks."""
         problem, u, found, root = self.problem, self.problem.system.u, {}, self.comm.rank == 0
         for name, force in end_forces.items():
             found[name] = _all_of(force, root)
@@ -129,7 +129,7 @@ class Observer:
         return traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
 
     def _tension_near(self, place: Place) -> list[Entry]:
-        """Entry of the tension of its piece that is nearest to a place, of the lower element of two."""
+        """Entry of the tension unknown nearest to a place on its piece; of two elements, in the lower one."""
         lines: Any = self.problem.lines
         group, piece = lines.holder(place.piece)
         cells, nearest = group.cells_of[piece], (np.inf, np.inf, self.comm.rank, -1)
@@ -145,7 +145,7 @@ class Observer:
         )
 
     def _place_of(self, joint: str) -> list[Entry]:
-        """Entries of the place of a joint, from the first end there."""
+        """Entries of the position of a joint, from the first end there."""
         lines: Any = self.problem.lines
         ends = (
             (k, i)
@@ -159,7 +159,7 @@ class Observer:
         return [(self.problem.system.u, int(dof), 1.0) for dof in lines.end_dofs[piece][end]]
 
     def labels(self) -> dict[str, NDArray[Any]]:
-        """Names of cables, buoys, joints, ... by the dimensions of this record other than xyz and quaternion."""
+        """Names of cables, buoys, joints, ... by dimension of the record, without xyz and quaternion."""
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "anchor": self._design.anchors}
@@ -169,20 +169,20 @@ class Observer:
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
     def values(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
+        """Quantities at this instant.  end_forces: from the Simulation, or from the Problem at rest."""
         return self._quantities({name: np.ravel(force) for name, force in end_forces.items()} | self._columns())
 
     def begun(self) -> dict[str, NDArray[Any]]:
-        """Quantities that are read off the beginning of a run, which this instant is; on rank 0."""
+        """Quantities read at the beginning of a run, which must be the present instant; on rank 0."""
         return self._quantities(self._columns(), "")
 
     def _columns(self) -> dict[str, NDArray[Any]]:
-        """Notes of this instant by their sources; nothing on other ranks."""
+        """Notes of this instant by source; empty on other ranks."""
         row = self.note()
         return {} if row is None else {name: row[place].copy() for name, place in self._places.items()}
 
     def note(self) -> NDArray[Any] | None:
-        """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
+        """The numbers of this instant in one row for `values_of`, in memory that is reused; None on other ranks."""
         self._take()
         if self.comm.size == 1:
             return self._row
@@ -191,13 +191,13 @@ class Observer:
         return total if self.comm.rank == 0 else None
 
     def noting(self, out: NDArray[Any]) -> Callable[[], object]:
-        """Function that puts the numbers of `note` into `out`, zeros on other ranks."""
+        """Function that writes the numbers of `note` into `out`, zeros on other ranks."""
         if self.comm.size == 1:
             return together(self._take, copies([(out, self._row)]))
         return lambda: np.copyto(out, 0.0 if (row := self.note()) is None else row)
 
     def _notes(self, evaluated: bool) -> Iterator[Callable[[], object]]:
-        """Functions that bring up to date what is not among the unknowns."""
+        """Functions that update the numbers that are not unknowns."""
         if self._wet:
             yield from () if evaluated else (self.problem.system.read_given,)
             yield self._wet.in_c(hooks=not evaluated)
@@ -240,8 +240,7 @@ class Observer:
         return found
 
     def fixed(self) -> dict[str, NDArray[Any]]:
-        """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
-        (others: nothing)."""
+        """Arc lengths of nodes and cells, marine growth, and components of an irregular sea, on rank 0."""
         found, waves = self._along() | self._grown(), self.problem.scene.waves
         if self.comm.rank == 0 and self.places:
             found["place_s"] = np.array([place.s for place in self.places])
@@ -251,7 +250,7 @@ class Observer:
         return found
 
     def _grown(self) -> dict[str, NDArray[Any]]:
-        """After `_along`, which finds the order."""
+        """Marine growth on the elements; call `_along` before, which finds their order."""
         growth = self.problem.lines.growth if self.problem.lines else None
         if growth is None:
             return {}
@@ -261,7 +260,7 @@ class Observer:
         return dict(zip(("growth_diameter", "growth_mass", "growth_weight"), found[self._cell_order].T, strict=True))
 
     def _along(self) -> dict[str, NDArray[Any]]:
-        """Cable after cable, each from its lower end on, and which cable and segment they belong to."""
+        """Arc lengths cable by cable, each from its lower end, and the cable and segment of each node or element."""
         lines = self.problem.lines
         if lines is None:
             return {}
@@ -289,8 +288,8 @@ class Observer:
         return found | {"segment_of_cell": number[of_cell]}
 
     def parted(self, fixed: dict[str, NDArray[Any]]) -> str:
-        """Which cables have parted, where and when, in words, on rank 0; fixed: what `fixed` gave, where `parted_at` is
-        brought up to date."""
+        """Text stating which cables have parted, where and when, on rank 0.
+        fixed: result of `fixed`, whose `parted_at` is updated."""
         if not any(piece.section.fails_at for piece in self.network.pieces):
             return ""
         lines: Any = self.problem.lines
@@ -304,9 +303,9 @@ class Observer:
         return "; ".join(where)
 
     def frame(self, velocity: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
-        """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.
+        """Node positions, velocities and element tensions in order from the anchor, on rank 0; call `fixed` before.
 
-        velocity: of the lines' unknowns [m/s]; at rest there is none.
+        velocity: of the lines' unknowns [m/s]; None at rest.
         """
         cable: Any = self.problem.lines
         u = self.problem.system.u
@@ -332,7 +331,7 @@ class Observer:
 
 
 def _all_of(array: NDArray[Any], here: bool = True) -> list[Entry]:
-    """Entries for `picked` of all numbers of an array; zeros if it is not here."""
+    """Entries for `picked` of all numbers of an array; zeros if it is not on this rank."""
     array = array.ravel() if here else np.zeros(array.size)
     return [(array, k, 1.0) for k in range(array.size)]
 
@@ -342,7 +341,7 @@ def _joined(lists: Iterable[list[Entry]]) -> list[Entry]:
 
 
 def attributes(problem: Problem) -> dict[str, Any]:
-    """Global attributes of a record: after CF, versions, the complete scene as TOML, what was solved and how."""
+    """Global attributes of a record: those of CF, versions, the complete scene as TOML, and the solution method."""
     versions = {f"version_{name}": value for name, value in compat.versions().items()}
     return {
         "Conventions": "CF-1.9",

@@ -1,4 +1,4 @@
-"""Offset curves as a dataset, offsets.nc: what is recorded of an equilibrium, over directions and sizes of a load."""
+"""Offset curves as a dataset, offsets.nc: recorded quantities of equilibria over directions and sizes of a load."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ..model.problem import Problem
 
-#: A line with less tension than this part of the forces of its scene is slack.
+#: A line is slack below this fraction of the typical force of its scene.
 LEAST_TENSION = 1e-4
 LOADS = {
     "force": ("N", "horizontal force, added to the scene's"),
@@ -40,7 +40,7 @@ DRAWN_UNDER = "the buoy is drawn under the water"
 
 
 class Rows:
-    """Collects equilibria (`statics.offsets.Rest`) one after the other; collective."""
+    """Collects equilibria (`statics.offsets.Rest`) one by one; collective."""
 
     def __init__(self, load: str) -> None:
         self.load = load
@@ -53,7 +53,7 @@ class Rows:
         return len(self._rows)
 
     def add(self, rest: Any) -> None:
-        """One more; its Problem may change afterwards."""
+        """Add an equilibrium; its Problem may change afterwards."""
         row = {"found": rest.problem is not None, "slack": False, "under": False}
         if rest.problem is not None:
             row |= self._values(rest.problem)
@@ -73,7 +73,7 @@ class Rows:
         return values | {"smallest_tension": smallest, "slack": slack, "under": under}
 
     def dataset(self, at_rest: NDArray[Any] | None) -> xr.Dataset:
-        """All of them on rank 0; at_rest: r_C without any load [m], or None."""
+        """Dataset of all equilibria on rank 0; at_rest: r_C without any load [m], or None."""
         import xarray as xr
 
         shapes = {name: np.shape(value) for _, _, row in self._rows for name, value in row.items()}
@@ -112,7 +112,7 @@ def top_tension(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def _with_watch_circles(made: xr.Dataset) -> xr.Dataset:
-    """Add the circle of every size of the load and every buoy; nan without an equilibrium under one of them."""
+    """Add the watch circle for each load size and buoy; nan if an equilibrium is missing in some direction."""
     import xarray as xr
 
     places = made.buoy_position.isel(xyz=slice(2)).rename(xyz="xy")

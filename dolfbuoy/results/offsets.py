@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 
 def smallest_circle(points: NDArray[Any]) -> tuple[NDArray[Any], float]:
-    """(centre, radius) of the smallest circle that holds all points (n, 2).
+    """(centre, radius) of the smallest circle that encloses all points (n, 2).
 
-    Grown over the corners of their convex hull: a corner outside lies on the circle of all before it and itself.
+    Incremental over the corners of the convex hull: a corner outside lies on the circle of it and all before it.
     """
     points = corners(points)
-    points = np.random.default_rng(0).permutation(points)  # the expected effort is then proportional to their number
+    points = np.random.default_rng(0).permutation(points)  # expected effort is then proportional to their number
     circle = (points[0], 0.0)
     for i, p in enumerate(points):
         if _outside(circle, p):
@@ -28,8 +28,8 @@ def smallest_circle(points: NDArray[Any]) -> tuple[NDArray[Any], float]:
 
 
 def corners(points: NDArray[Any]) -> NDArray[Any]:
-    """Corners (k, 2) of the convex hull of points (n, 2), counter-clockwise; of points on one line its ends."""
-    from scipy.spatial import ConvexHull, QhullError  # no run should wait for it
+    """Corners (k, 2) of the convex hull of points (n, 2), counter-clockwise; for collinear points, the two ends."""
+    from scipy.spatial import ConvexHull, QhullError  # slow, and no run needs it
 
     points = np.unique(np.asarray(points, dtype=float), axis=0)
     try:
@@ -45,7 +45,7 @@ def _outside(circle: tuple[NDArray[Any], float], p: NDArray[Any]) -> bool:
 
 
 def _through(p: NDArray[Any], q: NDArray[Any], r: NDArray[Any]) -> tuple[NDArray[Any], float]:
-    """The circle through three points; of three on one line the one over the farthest two."""
+    """The circle through three points; if collinear, with the farthest two as a diameter."""
     a, b = q - p, r - p
     cross = 2 * (a[0] * b[1] - a[1] * b[0])
     if abs(cross) <= 1e-12 * (a @ a + b @ b):

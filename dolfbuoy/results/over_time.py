@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ..scene.sections import Scene
 
-#: A run of more periods than this gets an enlarged end.
+#: Runs longer than this many periods get an enlarged view of their end.
 MANY_PERIODS = 6
 
 
@@ -69,7 +69,7 @@ cone_angle = FIGURES["cone_angle"] = of_quantity(QUANTITIES["cone_angle"])
 
 @figure_of("roll", "pitch", "yaw", part="buoy")
 def roll_pitch_yaw(record: xr.Dataset, scene: Scene) -> Figure:
-    """Turns of the buoy about x, y and z, each in a panel of its own."""
+    """Roll, pitch and yaw of the buoy, each in its own panel."""
     panels = [
         (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None, _error(record, name))])
         for name, color in (("roll", "blue"), ("pitch", "red"), ("yaw", "green"))
@@ -78,7 +78,7 @@ def roll_pitch_yaw(record: xr.Dataset, scene: Scene) -> Figure:
 
 
 def _error(record: xr.Dataset, name: str, factor: Any = 1.0) -> Any:
-    """Error of the steps over time, times a factor or one for each component, whose sum it is; None if not known."""
+    """Time-step error over time, times a factor, or the sum over components times factors; None if unknown."""
     if name + ERROR not in record:
         return None
     values = record[name + ERROR].values
@@ -88,9 +88,9 @@ def _error(record: xr.Dataset, name: str, factor: Any = 1.0) -> Any:
 def _over_time(
     record: xr.Dataset, scene: Scene, panels: list[tuple[str, list[Any]]], height: float = 1.65, enlarge: bool = True
 ) -> Figure:
-    """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods.
+    """One panel per (label, curves) on a common time axis; the end of the first is enlarged if there are many periods.
 
-    curves: (values, line, color, label), and perhaps the error of the steps, which is a band on one side.
+    curves: (values, line, color, label), optionally with the time-step error, drawn as a band on one side.
     """
     t, period = record.time.values, period_of(scene)
     many = enlarge and period is not None and t[-1] - t[0] > MANY_PERIODS * period
@@ -121,7 +121,7 @@ _LINES = (("-", "blue"), ("--", "red"), ("-.", "green"))
 
 @figure_of("buoy_position", part="buoy")
 def motion_spectrum(record: xr.Dataset, scene: Scene) -> Figure:
-    """Power spectral density of the position of C after the ramp, and of its turns if the record has them."""
+    """Power spectral density of the position of C after the ramp, and of roll, pitch and yaw if recorded."""
     x = record.buoy_position.values
     panels = [("m", [(name, x[:, i]) for i, name in enumerate("xyz")])]
     turns = [(name, unwrapped(record, name)) for name in ("roll", "pitch", "yaw") if name in record]
@@ -137,7 +137,7 @@ def tension_spectrum(record: xr.Dataset, scene: Scene) -> Figure:
 
 
 def _spectra(record: xr.Dataset, scene: Scene, what: str, panels: list[tuple[str, list[tuple[Any, ...]]]]) -> Figure:
-    """A panel per (unit, series), its peak and the frequency of the drive marked."""
+    """A panel per (unit, series), with its peak and the excitation frequency marked."""
     figure = new_figure(COLUMN, 0.6 + 2.1 * len(panels))
     grid = figure.subplots(len(panels), squeeze=False)[:, 0]
     for axes, (unit, series) in zip(grid, panels, strict=True):

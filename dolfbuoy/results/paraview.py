@@ -1,5 +1,4 @@
-"""Files for ParaView: lines, hulls, buoys, joints, water and bed, a mesh of each per instant, and collections with
-times."""
+"""Files for ParaView: meshes of lines, hulls, buoys, joints, water and bed per instant, and collections with times."""
 
 from __future__ import annotations
 
@@ -29,20 +28,20 @@ if TYPE_CHECKING:
 
     from ..scene.sections import Scene
 
-#: Instants that are written unless others are requested: each is a file of everything that moves.
+#: Default number of instants written: each gives a file of everything that moves.
 INSTANTS = 50
-#: Collection of all meshes of a run, where there are several cables or buoys.
+#: Name of the collection of all meshes of a run with several cables or buoys.
 NETWORK = "network"
-#: What makes a mesh of a frame.
+#: Function that makes a mesh of a frame.
 Make = Callable[[Frame], meshio.Mesh]
 
 
 def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     """Write folder/paraview/ from the results.nc and scene.toml of a run; returns the files, collections last.
 
-    One mesh per instant (cable_NNNN.vtu, ...), of `most` of them evenly from the first to the last that is recorded,
-    and a collection to open (cable.pvd, ...) of each kind that the run has; names of fields have their units.  A mesh
-    is of all cables, or buoys, by their numbers; of several network.pvd shows all at once.  Raises InputError if the
+    One mesh per instant (cable_NNNN.vtu, ...) for up to `most` recorded instants at even spacing, and a collection to
+    open (cable.pvd, ...) for each kind that the run has; field names include units.  A mesh contains all cables, or
+    buoys, with their numbers; if there are several, network.pvd shows everything at once.  Raises InputError if the
     folder holds no run.
     """
     folder = Path(folder)
@@ -56,7 +55,7 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
         shown = [frames.at(time) for time in recorded[chosen]]
     together = NETWORK if max(len(frames.spans), len(frames.buoys)) > 1 else None
     files = write_series(folder, "run", shown, meshes, together)
-    for name in remarks(folder, "run")["files"]:  # of an export before this one
+    for name in remarks(folder, "run")["files"]:  # from an earlier export
         if name.startswith("paraview/") and folder / name not in files:
             (folder / name).unlink(missing_ok=True)
     return files
@@ -65,9 +64,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
 def write_series(
     folder: Path, owner: str, frames: list[Frame], meshes: dict[str, Make], together: str | None = None
 ) -> list[Path]:
-    """Write folder/paraview/NAME_0000.vtu and so on, one of what does not move, and NAME.pvd with their times.
+    """Write folder/paraview/NAME_0000.vtu and so on, only one of what does not move, and NAME.pvd with their times.
 
-    owner: kind of the result that the files belong to.  meshes: by NAME.  together: name of a collection of all.
+    owner: kind of result to which the files belong.  meshes: by NAME.  together: name of a collection of all.
     """
     target, still = folder / "paraview", {"bed"} if frames[0].scene.waves else {"bed", "water"}
     moving = {name: frames[:1] if name in still else frames for name in meshes}
@@ -89,7 +88,7 @@ def write_series(
 
 
 def meshes_of(frames: Frames) -> dict[str, Make]:
-    """Name of files -> what makes their meshes, of all that a run has."""
+    """Functions that make the meshes of a run, by the names of their files."""
     hulls = any(frames.network.buoys[name].hull for name in frames.buoys)
     there = {"cable": frames.spans, "hull": hulls, "buoy": frames.buoys, "joint": frames.joints}
     makes = {"cable": cable_mesh, "hull": hull_mesh, "buoy": buoy_mesh, "joint": joint_mesh}
@@ -101,13 +100,13 @@ def meshes_of(frames: Frames) -> dict[str, Make]:
 
 
 def _of_record(file: Path, make: Callable[..., Any], frame: Frame) -> Any:
-    """A mesh from a record, which may be damaged."""
+    """Make a mesh from a record.  Raises InputError if it is damaged."""
     with fitting(file):
         return make(frame)
 
 
 def read_run(folder: str | Path) -> tuple[xr.Dataset, Scene]:
-    """(record, scene) of a run's folder.  Raises InputError if there is none, or they are of different runs."""
+    """(record, scene) of a run's folder.  Raises InputError if either is missing, or if they do not match."""
     folder = Path(folder)
     for name in ("results.nc", "scene.toml"):
         if not (folder / name).is_file():
@@ -123,7 +122,7 @@ def read_run(folder: str | Path) -> tuple[xr.Dataset, Scene]:
 
 
 def instants(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
-    """Times [s] of the frames of the cable; without a cable, of the rows that the scene's output interval selects."""
+    """Times of the frames of the cable [s]; without a cable, of the rows selected by the scene's output interval."""
     if "frame" in record:
         return np.asarray(record.frame.values)
     times = record.time.values
@@ -137,8 +136,7 @@ def instants(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
 
 
 def cable_mesh(frame: Frame) -> meshio.Mesh:
-    """All cables with s, velocity, moment and curvature at their nodes and the tension of their elements, those that
-    parted left out."""
+    """All cables, without parted elements: s, velocity, moment and curvature at nodes, tension of elements."""
     record, spans = frame.run.record, frame.run.spans
     first = np.concatenate([np.arange(span.node.start, span.node.stop - 1) for span in spans])
     cell = np.concatenate([np.repeat(np.arange(span.cell.start, span.cell.stop), span.per) for span in spans])
@@ -156,7 +154,7 @@ def cable_mesh(frame: Frame) -> meshio.Mesh:
 
 
 def hull_mesh(frame: Frame) -> meshio.Mesh:
-    """Surfaces of all hulls where they are, with their velocity and the number of the buoy."""
+    """Surfaces of all hulls, with their velocity and the number of the buoy."""
     points, quads, velocity, number, count = [], [], [], [], 0
     for k, buoy in enumerate(frame.buoys):
         if buoy.shape is None:
@@ -174,7 +172,7 @@ def hull_mesh(frame: Frame) -> meshio.Mesh:
 
 
 def _fields(frame: Frame, kind: str, over: str) -> dict[str, NDArray[Any]]:
-    """Values of what is shown of each buoy, cell, ... there: (name of the field with its unit, values)."""
+    """Values of the quantities shown for each buoy, cell, ..., by field name with unit."""
     record, every = frame.run.record, quantities.over(over).values()
     shown = [one for one in every if one.paraview and one.kind == kind and one.name in record]
     row = {"time": frame.row, "frame": frame.number}.get(over, ...)
@@ -182,7 +180,7 @@ def _fields(frame: Frame, kind: str, over: str) -> dict[str, NDArray[Any]]:
 
 
 def buoy_mesh(frame: Frame) -> meshio.Mesh:
-    """The points C with the buoys' axes, velocities, mooring force and what the record has of them, for glyphs."""
+    """The points C with the buoys' axes, velocities, mooring forces and recorded quantities, for glyphs."""
     record, count = frame.run.record, len(frame.buoys)
     fields = {"buoy [1]": np.arange(count), "axis [1]": np.array([buoy.R[:, 2] for buoy in frame.buoys])}
     if "linear_momentum" in record:
@@ -224,7 +222,7 @@ ROWS, PER_WAVELENGTH = 8, 24
 def water_grid(frames: Frames) -> tuple[NDArray[Any], NDArray[Any]]:
     """Points (n, 3) with z = 0 and quadrilaterals (m, 4): a rectangle along the waves around all that is shown.
 
-    It reaches beyond that by a quarter of its extent, at least half a wavelength or five metres.
+    The margin is a quarter of its extent, but at least half a wavelength and five metres.
     """
     waves = frames.scene.waves
     along = heading(waves.direction_deg if waves else 0.0)
@@ -243,7 +241,7 @@ def water_grid(frames: Frames) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def _write_collection(path: Path, frames: list[Frame], *series: Any) -> None:
-    """series: lists of files, one for each frame."""
+    """Write a .pvd collection; series: lists of files, one per frame."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
     for frame, *files in zip(frames, *series, strict=True):

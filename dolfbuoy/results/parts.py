@@ -12,15 +12,15 @@ from .quantities import QUANTITIES
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Dimensions of what belongs to a cable, to a buoy, to an anchor, a take-off, a winch and a vessel.
+#: Dimensions of the variables that belong to a cable, buoy, anchor, take-off, winch and vessel.
 OWN = {"cable": {"cable", "segment", "node", "cell", "place"}, "buoy": {"buoy"}, "anchor": {"anchor"}}
 OWN |= {"take_off": {"take_off"}, "winch": {"winch"}, "vessel": {"vessel"}}
-#: Dimensions of which a part of a record has its own, or none.
+#: Dimensions that a part of a record keeps if they are its own, and drops otherwise.
 _SHARED = {"attachment", "joint"}.union(*OWN.values())
 
 
 class Part(NamedTuple):
-    """label: the name, empty for the only one.  record: without the dimension `cable` or `buoy`, which are scalars."""
+    """label: the name, empty for the only one.  record: without the dimension `cable` or `buoy`, now a scalar."""
 
     label: str
     record: "xr.Dataset"
@@ -31,7 +31,7 @@ class Part(NamedTuple):
 
 
 def names_of(record: "xr.Dataset", kind: str) -> list[str]:
-    """Names of the cables or the buoys of a record.  Raises InputError for a record that lost that dimension."""
+    """Names of the cables or buoys of a record.  Raises InputError for a record that was squeezed."""
     if kind in record.dims:
         return list(record[kind].values.tolist())
     for name in record.data_vars:
@@ -41,7 +41,7 @@ def names_of(record: "xr.Dataset", kind: str) -> list[str]:
 
 
 def parts_of(record: "xr.Dataset", *kinds: str) -> list[Part]:
-    """Part of each cable and each buoy in turn.  Lazy: nothing is copied."""
+    """The parts of all cables, then all buoys, and so on.  Lazy: nothing is copied."""
     named = [(kind, name, names_of(record, kind)) for kind in kinds for name in names_of(record, kind)]
     return [Part(name if len(names) > 1 else "", part_of(record, kind, name)) for kind, name, names in named]
 
@@ -63,6 +63,6 @@ def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
 
 
 def alone(record: "xr.Dataset") -> "xr.Dataset":
-    """A record without the dimensions cable, buoy, ... where there is one: for interactive use."""
+    """A record without the dimensions cable, buoy, ... of size 1, for interactive use."""
     kinds = ("cable", "buoy", "attachment", "anchor", "segment", "take_off", "winch")
     return record.squeeze([d for d in kinds if record.sizes.get(d) == 1], drop=True)

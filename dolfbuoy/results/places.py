@@ -1,7 +1,7 @@
-"""Places of lines where [fatigue] has the tension recorded, besides both ends, which every record has.
+"""Places on lines where the tension is recorded for [fatigue], besides both ends, which every record has.
 
-They are points of the line, found once, in its shape at the start: joints between segments, from either side; where it
-leaves the bed (touchdown), is highest (hog) and lowest (sag) between its ends; and every so many metres.
+They are material points, found once in the shape at the start: joints between segments, on either side; the touchdown
+point; the highest (hog) and lowest (sag) points between the ends; and points at a regular spacing.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from ..model.problem import Problem
     from ..scene.network import Network
 
-#: A turning point counts if the line rises and falls by more than this part of its length.
+#: A hog or sag counts if the line rises and falls by more than this fraction of its length.
 RISE = 1e-6
-#: Stands between the name of a segment and where it is on it.
+#: Separator between the name of a segment and the place on it.
 AT = " at "
-#: What places at joints are called, on the segment below and above.
+#: Names of places at joints, on the segment below and above.
 JOINTS = "upper end", "lower end"
 
 
 class Place(NamedTuple):
-    """A place of a line: "CABLE at WHERE", of several segments "CABLE.NUMBER at WHERE"; s: on its piece [m]."""
+    """A place on a line: "CABLE at WHERE", or "CABLE.NUMBER at WHERE" with several segments; s: on its piece [m]."""
 
     name: str
     piece: int
@@ -32,13 +32,13 @@ class Place(NamedTuple):
 
 
 def piece_of(name: str, network: Network) -> tuple[int, bool]:
-    """(number of the piece that a place of this name is on, True if it is a joint)."""
+    """(number of the piece with the place of this name, True if the place is a joint)."""
     segment, _, where = name.partition(AT)
     return next(k for k in range(len(network.pieces)) if network.name_of(k) == segment), where in JOINTS
 
 
 def places_of(problem: Problem) -> list[Place]:
-    """Places of the lines of a Problem as they are now, cable after cable; collective, on every rank."""
+    """Places of the lines of a Problem in their present shape, cable by cable; collective, on every rank."""
     fatigue, network = problem.scene.fatigue, problem.network
     if fatigue is None or problem.lines is None:
         return []
@@ -70,7 +70,7 @@ def places_of(problem: Problem) -> list[Place]:
 
 
 def _nodes(problem: Problem) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """(arc lengths, heights) of the nodes of each cable, from its lower end on."""
+    """(arc lengths, heights) of the nodes of each cable, from its lower end."""
     lines: Any = problem.lines
     n, network = lines.owned_nodes, problem.network
     piece, u = lines.line_of_node[:n], problem.system.u[lines.part.slice]
@@ -94,7 +94,7 @@ def _lying(problem: Problem, pieces: range, ends: NDArray[Any]) -> tuple[float, 
 
 
 def _turns(s: NDArray[Any], z: NDArray[Any], rise: float) -> list[tuple[str, float]]:
-    """[("hog" or "sag", arc length), ...] where heights turn by more than `rise` on both sides."""
+    """[("hog" or "sag", arc length), ...] where the heights reverse by more than `rise` on both sides."""
     found: list[tuple[str, float]] = []
     extreme, upwards = 0, None
     for k in range(1, len(z)):

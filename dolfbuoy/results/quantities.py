@@ -1,4 +1,4 @@
-"""Quantities of a record, each declared once: record, observer, tables, figures, page and ParaView follow from it."""
+"""Quantities of a record, each declared once for record, observer, tables, figures, page and ParaView."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -415,18 +415,18 @@ _ALL += tuple(
     for one in _ALL
     if one.has_outputs or one.name == "anchor_force"
 )
-#: By name; whatever is put in here is recorded and shown.
+#: Quantities by name; all entries are recorded and shown.
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 
 
 def less(one: Any, other: Any) -> NDArray[Any]:
-    """Difference of two arrays; nan where both are infinite, as the radius of a straight line is."""
+    """Difference of two arrays; nan where both are infinite, as for the bend radius of a straight line."""
     with np.errstate(invalid="ignore"):
         return np.asarray(one - other)
 
 
 def errors(values: Mapping[str, NDArray[Any]], corrected: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Errors of quantities, by the names of those, from values of a run and of its corrected trajectory."""
+    """Errors of quantities by the names of their variables, from values of a run and its corrected trajectory."""
     found = {}
     for name in values.keys() & corrected.keys():
         if (error := QUANTITIES.get(name + ERROR)) is not None:
@@ -436,12 +436,12 @@ def errors(values: Mapping[str, NDArray[Any]], corrected: Mapping[str, NDArray[A
 
 
 def over(*axes: str) -> dict[str, Quantity]:
-    """Those over time, frames, the run, ..., by name."""
+    """Quantities over these axes ("time", "frame", "run", ...), by name."""
     return {name: quantity for name, quantity in QUANTITIES.items() if quantity.over in axes}
 
 
 def shown_in(place: str) -> list[str]:
-    """Series that are shown in a place of EVERYWHERE, in the order of the declarations."""
+    """Series shown in a place of EVERYWHERE, in the order of declaration."""
     every = ((one, "" if one.main else one.shown.get(place)) for one in QUANTITIES.values())
     return [name for one, components in every if components is not None for name in one.series(components)]
 
@@ -453,5 +453,5 @@ def chosen(field_name: str) -> set[str]:
 
 
 def declared(series: str) -> Quantity:
-    """The one of a series, or of a component of it."""
+    """The quantity of a series, which may be a component."""
     return QUANTITIES[max((one for one in QUANTITIES if series == one or series.startswith(f"{one}_")), key=len)]

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from .noted import Noted
 
-#: Where the main quantities are shown, over runs and cases: tables of statistics and sweeps, their figures and page.
+#: Places where main quantities are shown over runs and cases: tables, figures and page of statistics and sweeps.
 EVERYWHERE = ("statistics", "statistics figure", "sweep", "sweep figure", "sweep page")
 
 
 class Absent(KeyError):
-    """Something that a problem does not have, so that a quantity of it is not recorded."""
+    """Error for something that a problem does not have, so that its quantity is not recorded."""
 
 
 class Curve(NamedTuple):
-    """A curve on the page of a run: title of its panel, own name, and the component of a vector that it shows."""
+    """A curve on the page of a run: title of its panel, its name, and the component if it is of a vector."""
 
     panel: str
     name: str
@@ -29,20 +29,20 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True)
 class Quantity:
-    """An output.
+    """A recorded quantity.
 
-    dims: after `over`, which is "time", "frame", "run" (extremes of all steps), "sample" (made for statistics), or ""
-    of what is known at the beginning.  read: values (..., *dims) of what is noted, there at the first instant.
-    shown: place of EVERYWHERE -> components ("" of a scalar); main: shown in all of them.
-    summary: what the table of a run calls its range; component: of a vector there, else its size.  at_ends: what that
-    of an equilibrium calls it with the names of the ends, {low} and {high}.
-    figure: whether it has a figure of its own over time.  paraview: name of its field, without the unit.
-    compared: what it is called where runs are compared.  peaks, cycles: components, or "" of a scalar, whose peaks or
-    rainflow ranges are kept.  turning: an angle that goes on over 180 degrees.
-    counts: the number of its series that counts where one is shown.
-    outputs: whether its numbers have error bars though it is not shown over time.
-    place: of an elevation of the water, where it is.  effort: of the solver, no physics.  changing: written again with
-    every row.
+    dims: those after `over`, which is "time", "frame", "run" (extremes of all steps), "sample" (made for statistics),
+    or "" (known at the beginning).  read: computes values (..., *dims) from notes, from the first instant on.
+    shown: place of EVERYWHERE -> components ("" for a scalar); main: shown in all of them.
+    summary: name of its range in the table of a run; component: of a vector there, else its norm.  at_ends: its name in
+    the table of an equilibrium, with the names of the ends, {low} and {high}.
+    figure: True if it has its own figure over time.  paraview: name of its field, without the unit.
+    compared: its name where runs are compared.  peaks, cycles: components ("" for a scalar) whose peaks or rainflow
+    ranges are kept.  turning: True for an angle that continues beyond 180 degrees.
+    counts: the statistic that counts where only one is shown.
+    outputs: True if its statistics have error bars although it is not shown over time.
+    place: location of a surface elevation.  effort: of the solver, not physical.  changing: written again with every
+    row.
     """
 
     name: str
@@ -72,19 +72,19 @@ class Quantity:
     changing: bool = False
 
     def attributes(self) -> dict[str, str]:
-        """Those of its variable in a record."""
+        """Attributes of its variable in a record."""
         found = {"units": self.unit, "long_name": self.long_name}
         if self.over == "run":
             found["cell_methods"] = f"time: {'minimum' if 'minimum' in self.name else 'maximum'}"
         return found | ({"standard_name": self.standard_name} if self.standard_name else {})
 
     def series(self, components: str) -> list[str]:
-        """Names of the series of these components, of a scalar its own."""
+        """Names of the series of these components; for a scalar, its own name."""
         return [f"{self.name}_{component}" for component in components] or [self.name]
 
     @property
     def has_outputs(self) -> bool:
-        """True if numbers of its series are outputs, with error bars."""
+        """True if statistics of its series are outputs, with error bars."""
         shown = self.main or self.curves or self.compared or self.outputs or (self.summary and not self.component)
         return bool(shown and self.over == "time")
 
@@ -100,5 +100,5 @@ class Quantity:
 
 
 def of(dims: str, over: str = "time") -> Callable[..., Quantity]:
-    """Return a constructor of Quantities of these dimensions: (name, unit, long name, ...)."""
+    """Return a constructor of Quantities with these dimensions: (name, unit, long name, ...)."""
     return lambda name, unit, long_name, **more: Quantity(name, tuple(dims.split()), unit, long_name, over, **more)

@@ -1,7 +1,7 @@
-"""The record of a run: NetCDF-4, written as the run goes, readable after a kill at any moment.
+"""The record of a run: NetCDF-4, written during the run and readable even if the run is killed at any moment.
 
-New rows are appended to a copy of the file which then replaces it in one atomic step, so that the file on disk is
-complete at every instant, on a full disk too.
+New rows are appended to a copy of the file, which then replaces it in one atomic step, so that the file on disk is
+always complete, even on a full disk.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from ..scene.mesh_file import check_hdf5
 from ..writing import replacing
 from .quantities import QUANTITIES, over
 
-if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step
+if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx
     import xarray as xr
 
-#: Where nodes and elements are along which cable: coordinates of what has these dimensions.
+#: Coordinates of variables with these dimensions: arc lengths, and numbers of cable and segment.
 ALONG = {"node": ("s", "cable_of_node"), "cell": ("s_cell", "cable_of_cell", "segment_of_cell")}
 ALONG["place"] = ("place_s",)
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
@@ -41,29 +41,29 @@ LABELED |= {"anchor": "joints that are held, or CABLE.from or CABLE.to of other 
 LABELED |= {"take_off": "names of the power take-offs", "winch": "cables with a winch, or segments, CABLE.NUMBER"}
 LABELED |= {"vessel": "names of the vessels with wind"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
-#: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.
+#: Attribute of all records: 2 since cables and buoys have a dimension even where there is only one.
 FORMAT = 2
-SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
+SEAL = b"dolfbuoy"  # followed by the CRC-32 of everything before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
 UNFIT = "does not hold what its scene must have: it is damaged, or of another program."
-CHUNK = 512  # rows of a series that lie together in the file
+CHUNK = 512  # rows of a series stored together in the file
 
 
 def reserve(part: Path, size: int) -> None:
-    """Claim `size` more bytes on the disk for a file.  Raises OSError when they are not to be had.
+    """Reserve `size` more bytes on disk for a file.  Raises OSError if they are not available.
 
-    HDF5, once it has run out of space in the middle of something, crashes at the end of the program.
+    HDF5 crashes at the end of the program once it has run out of space in the middle of an operation.
     """
     with open(part, "ab") as file:
         os.posix_fallocate(file.fileno(), file.tell(), size)
 
 
 class Record:
-    """Rows of named values that go to one NetCDF file.
+    """Rows of named values written to one NetCDF file.
 
-    path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time, of
-    which those that are `changing` may.
-    labels: of the dimensions other than xyz and quaternion.  counts: rows on disk along `time` and `frame`.
+    path: the file, written by the calling rank.  attributes: global attributes.  fixed: values without time; only those
+    that are `changing` may change.  labels: of the dimensions other than xyz and quaternion.  counts: rows on disk
+    along `time` and `frame`.
     """
 
     def __init__(
@@ -76,22 +76,21 @@ class Record:
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
         self.labels = LABELS | labels
         self.counts = {"time": 0, "frame": 0}
-        self.extremes: dict[str, NDArray[Any]] = {}  #: of all steps until the next `flush`, by name
+        self.extremes: dict[str, NDArray[Any]] = {}  #: over all steps until the next `flush`, by name
         self._blocks: list[dict[str, NDArray[Any]]] = []
         self._started = clock.monotonic()
 
     @property
     def pending(self) -> bool:
-        """True if anything that was added is not on disk yet."""
+        """True if added rows are not on disk yet."""
         return bool(self._blocks)
 
     def add(self, values: Mapping[str, Any]) -> None:
-        """More rows of each of the named values, (rows, ...) each; on disk after the next `flush`."""
+        """Add rows of the named values, (rows, ...) each; they are on disk after the next `flush`."""
         self._blocks.append({name: np.array(rows) for name, rows in values.items()})
 
     def series(self) -> xr.Dataset:
-        """Rows that were added and are not on disk yet, over time, as `read` would return it, and extremes; without
-        frames."""
+        """Added rows that are not on disk yet, and extremes, in the form returned by `read`; without frames."""
         import xarray as xr
 
         columns = {name: values for name, values in self._columns().items() if _axis(name) == "time"}
@@ -106,16 +105,16 @@ class Record:
 
     @property
     def _begun(self) -> list[str]:
-        """Names of what was read off the first instant."""
+        """Names of quantities read at the first instant."""
         return [name for name in self.fixed if QUANTITIES[name].read]
 
     def _columns(self) -> dict[str, NDArray[Any]]:
-        """All rows that are not on disk yet, by name."""
+        """All rows not on disk yet, by name."""
         blocks = {name: [block[name] for block in self._blocks if name in block] for name in over("time", "frame")}
         return {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
 
     def flush(self) -> None:
-        """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
+        """Write all added rows to disk.  Raises OSError, and then leaves the file on disk unchanged."""
         fresh = self.counts["time"] == 0
         columns = self._columns()
         with replacing(self.path) as part:
@@ -140,7 +139,7 @@ class Record:
         self._blocks.clear()
 
     def take_up(self, counts: dict[str, int]) -> None:
-        """Go on with the record on disk, cut back to `counts` rows.  Raises InputError if it is shorter."""
+        """Continue the record on disk, cut back to `counts` rows.  Raises InputError if it is shorter."""
         with netCDF4.Dataset(self.path) as old:
             old.set_auto_mask(False)
             lengths = {axis: len(old.dimensions[axis]) if axis in old.dimensions else 0 for axis in counts}
@@ -152,17 +151,17 @@ class Record:
                 if not all(name in old.variables for name in (*self.labels, *self.fixed)):
                     raise ValueError("labels or fixed values are missing")
                 self.fixed |= {name: old.variables[name][:] for name in self._begun}
-            if lengths != counts or "output" in old.dimensions:  # error bars are of the whole run
+            if lengths != counts or "output" in old.dimensions:  # error bars hold for the whole run only
                 self._copy(old, counts)
         self.counts = dict(counts)
 
     def lengths(self) -> dict[str, int]:
-        """Rows that were added along `time` and `frame`, on disk or not."""
+        """Numbers of rows added along `time` and `frame`, on disk or not."""
         pending = {axis: sum(_rows(block, axis) for block in self._blocks) for axis in self.counts}
         return {axis: self.counts[axis] + pending[axis] for axis in self.counts}
 
     def cut(self, lengths: dict[str, int]) -> bool:
-        """Drop what was added after these `lengths`; True if some of it was on disk."""
+        """Drop rows added after these `lengths`; True if some were on disk."""
         left, kept = {axis: lengths[axis] - self.counts[axis] for axis in self.counts}, []
         for block in self._blocks:
             taken = {axis: min(max(left[axis], 0), _rows(block, axis)) for axis in left}
@@ -180,7 +179,7 @@ class Record:
         return True
 
     def _copy(self, old: Any, counts: dict[str, int]) -> None:
-        """Write the record again, as long as `counts`."""
+        """Write the record again with `counts` rows."""
         with replacing(self.path) as part:
             reserve(part, self.path.stat().st_size)
             with netCDF4.Dataset(part, "w") as file:
@@ -232,7 +231,7 @@ class Record:
 
 
 def _named(data: Mapping[str, Any], labels: dict[str, NDArray[Any]]) -> dict[str, Any]:
-    """Coordinates with the names of what these variables have dimensions of."""
+    """Coordinates with the names along the dimensions of these variables."""
     used = {dimension for dimensions, *_ in data.values() for dimension in dimensions}
     return {k: (k, labels[k], {"long_name": LABELED[k]}) for k in labels if k in used}
 
@@ -247,7 +246,7 @@ def _axis(name: str) -> str:
 
 
 def _room(columns: dict[str, NDArray[Any]]) -> int:
-    """Bytes that these new rows may take in the file, with chunks begun and what HDF5 notes about them."""
+    """Upper bound of the bytes of these new rows in the file, with started chunks and HDF5 metadata."""
     size = 2**17
     for name, rows in columns.items():
         row = rows.nbytes // len(rows)
@@ -256,14 +255,15 @@ def _room(columns: dict[str, NDArray[Any]]) -> int:
 
 
 def _length(attributes: dict[str, Any]) -> int:
-    """Bytes of attributes, about; a scene may be long."""
+    """Approximate number of bytes of attributes; a scene may be long."""
     return sum(len(str(value).encode()) for value in attributes.values())
 
 
 def read(path: str | Path, own: bool = False) -> xr.Dataset:
-    """Load a record into memory.  Raises InputError for a damaged one, or one of an older dolfbuoy.
+    """Load a record into memory.  Raises InputError if it is damaged, or written by an older dolfbuoy.
 
-    own: this process has written all of it, so that it leads to no other file; to look costs h5py, 30 ms of a start.
+    own: written entirely by this process, so that it cannot link to other files; checking loads h5py, which takes 30
+    ms.
     """
     with quick_start():
         import xarray as xr
@@ -275,8 +275,7 @@ def read(path: str | Path, own: bool = False) -> xr.Dataset:
 
 
 def verify(path: str | Path) -> None:
-    """Raise InputError for a record that is damaged, at which HDF5 may crash, whose numbers are in other files, or that
-    is an old one."""
+    """Raise InputError for a record that is damaged, may crash HDF5, links to other files, or is too old."""
     with undamaged(path, DAMAGED):
         size = os.stat(path).st_size - len(SEAL) - 4
         with open(path, "rb") as sealed:  # a file without a seal passes
@@ -290,7 +289,7 @@ def verify(path: str | Path) -> None:
 
 
 def check_format(attributes: dict[str, Any], name: str) -> None:
-    """Raise InputError for the attributes of a record that an older dolfbuoy wrote."""
+    """Raise InputError if these are attributes of a record written by an older dolfbuoy."""
     version = attributes.get("version_dolfbuoy")
     if version is not None and attributes.get("format") != FORMAT:
         raise InputError(
@@ -300,7 +299,7 @@ def check_format(attributes: dict[str, Any], name: str) -> None:
 
 
 def put(path: str | Path, more: xr.Dataset) -> None:
-    """Put variables without time into a finished record, or in the place of those of these names.  Raises OSError."""
+    """Add variables without time to a finished record, or replace those of the same names.  Raises OSError."""
     with replacing(path) as part:
         shutil.copyfile(path, part)
         reserve(part, more.nbytes + 2**17 + _length(more.attrs))
@@ -318,13 +317,13 @@ def put(path: str | Path, more: xr.Dataset) -> None:
 
 
 def seal(path: str | Path) -> None:
-    """Put a checksum after the end of a file that is complete, where HDF5 does not look."""
+    """Append a checksum to a complete file, after the part that HDF5 reads."""
     with open(path, "r+b") as file:
         file.write(SEAL + struct.pack("<I", _checksum(file, os.fstat(file.fileno()).st_size)))
 
 
 def _checksum(file: Any, size: int) -> int:
-    """CRC-32 of the first bytes of an open file, which is left just after them."""
+    """CRC-32 of the first `size` bytes of an open file, which is left positioned after them."""
     checksum = 0
     while size > 0:
         piece = file.read(min(size, 2**20))
@@ -334,21 +333,21 @@ def _checksum(file: Any, size: int) -> int:
 
 @contextmanager
 def undamaged(path: str | Path, otherwise: str) -> Iterator[None]:
-    """Raise InputError, with the path and `otherwise`, for any error of the libraries that read a damaged file."""
+    """Raise InputError, with the path and `otherwise`, for any library error on reading a damaged file."""
     try:
         yield
     except (FileNotFoundError, PermissionError, InputError):
         raise
-    except Exception as error:  # zip, NumPy, HDF5, netCDF4 and xarray have errors of many kinds for it
+    except Exception as error:  # zip, NumPy, HDF5, netCDF4 and xarray raise many kinds of errors
         raise InputError(f"{path} {otherwise}") from error
 
 
 @contextmanager
 def fitting(path: str | Path) -> Iterator[None]:
-    """Raise InputError, with the path, for a record without a variable, label or row that it must have.
+    """Raise InputError, with the path, for a record without a required variable, label or row.
 
-    Such a lack shows where xarray looks a name up, or where sizes do not match.  All other errors are faults of the
-    program and pass.
+    It shows as a failed look-up of a name in xarray, or as sizes that do not match.  All other errors are bugs of the
+    program and pass through.
     """
     try:
         yield
@@ -363,7 +362,7 @@ def fitting(path: str | Path) -> Iterator[None]:
 
 
 def nothing() -> xr.Dataset:
-    """The record on ranks that do not have it."""
+    """Empty record, for the ranks that do not hold it."""
     import xarray as xr
 
     return xr.Dataset()
@@ -372,7 +371,7 @@ def nothing() -> xr.Dataset:
 def dataset_of(
     values: Mapping[str, Any], fixed: Mapping[str, Any], attributes: dict[str, Any], labels: dict[str, NDArray[Any]]
 ) -> xr.Dataset:
-    """A record without time: variables without time or frame, and coordinates."""
+    """A record without time: variables without the dimensions time and frame, and coordinates."""
     import xarray as xr
 
     data, along = (

@@ -1,4 +1,4 @@
-"""Record and checkpoint of a run, written as it goes."""
+"""Record and checkpoint of a run, written during the run."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 
     from ..motion.simulation import Simulation
 
-ROWS, NUMBERS = 1024, 4_000_000  # instants, or numbers, that are noted before quantities are made of them
+ROWS, NUMBERS = 1024, 4_000_000  # instants, or numbers, noted before quantities are computed from them
 
 
 class Recorder:
     """Writes record and checkpoint of a Simulation, step by step; collective, the files belong to rank 0.
 
-    Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.  late:
-    the first time only after such a pause.  corrected: function of the Simulation and a state that makes its
-    `motion.corrected.Corrected`; errors of the time steps are recorded then.  more: gives further numbers and texts for
-    the states in checkpoints, by their names.
+    Writes every `pause` seconds of wall time, or less often if that would take more than the fraction `share` of the
+    run. late: write first after such a pause, not at once.  corrected: function (Simulation, state) that makes its
+    `motion.corrected.Corrected`; time-step errors are then recorded.  more: returns further numbers and texts for the
+    states in checkpoints, by name.
     """
 
     pause, share = 1.0, 0.02
-    shapes = True  #: of the lines are recorded too
+    shapes = True  #: True to record shapes of the lines
 
     def __init__(
         self,
@@ -82,14 +82,14 @@ class Recorder:
                 self.record.take_up(point.rows)
 
     def _places(self, point: checkpoint.Checkpoint | None) -> list[Place]:
-        """Places where tensions are recorded: of the lines as they are at the start, which a checkpoint keeps."""
+        """Places where tensions are recorded, from the lines' shapes at the start; kept in a checkpoint."""
         if point is None:
             return places_of(self.simulation.problem)
         kept: str = point.states[self.simulation.comm.rank].get("fatigue_places", "[]")
         return [Place(*one) for one in json.loads(kept)]
 
     def add(self, step: float, iterations: int) -> None:
-        """The present state."""
+        """Record the present state."""
         sim, noted = self.simulation, self.observer.note()
         self._extremes.note(sim.t)
         if self.root:
@@ -110,7 +110,7 @@ class Recorder:
             self.save()
 
     def _note_corrected(self, step: float, noted: Any) -> None:
-        """As `noted`, of the corrected trajectory; nan where there is none."""
+        """Note the corrected trajectory too; nan where there is none."""
         if step > 0 and self._corrected.follow(step):
             noted = self._corrected_observer.note()
             self._corrected.leave()
@@ -120,7 +120,7 @@ class Recorder:
             self._corrected_rows[self._count] = noted
 
     def _make_values(self) -> None:
-        """Quantities of all instants that were noted go to the record."""
+        """Compute the quantities of all noted instants and add them to the record."""
         rows, count, self._count = self._rows[: self._count], self._count, 0
         if count == 0:
             return
@@ -131,21 +131,21 @@ class Recorder:
         self.record.add(steps | values)
 
     def mark(self) -> dict[str, Any]:
-        """Marks by which `rewind` finds the present instant, whose row has been added."""
+        """Mark of the present instant for `rewind`; its row has been added."""
         lengths = self.record.lengths()
         lengths["time"] += self._count
         return {"lengths": lengths, "next_frame": self._next_frame, "extremes": self._extremes.kept.copy()}
 
     def rewind(self, mark: dict[str, Any]) -> None:
-        """Drop what was recorded since a `mark`; the Simulation is at that instant again.  Collective."""
+        """Drop everything recorded since a `mark`; the Simulation must be back at that instant.  Collective."""
         self._next_frame, self._extremes.kept[:] = mark["next_frame"], mark["extremes"]
         made = self.record.lengths()["time"]
         self._count = min(max(mark["lengths"]["time"] - made, 0), self._count)
         if bcast(self.simulation.comm, self.root and self.record.cut(mark["lengths"])):
-            self.save()  # the checkpoint on disk is of a later instant
+            self.save()  # the checkpoint on disk is later
 
     def save(self) -> None:
-        """Bring all rows to the disk, then the state after the last one."""
+        """Write all rows to disk, then the state after the last one."""
         begin = clock.monotonic()
         comm = self.simulation.comm
         state = self.simulation.state() | self._more() | {"extremes": self._extremes.kept}
@@ -165,9 +165,9 @@ class Recorder:
         self._next_save = end + max(self.pause, (end - begin) / self.share)
 
     def close(self) -> None:
-        """Bring what is left to the disk.  No checkpoint: a step may have been broken off in the middle.
+        """Write the remaining rows to disk.  No checkpoint: a step may have been interrupted.
 
-        Not collective: extremes on several ranks are those of the last `save`.
+        Not collective: on several ranks the extremes are those of the last `save`.
         """
         if self.root and (self._count or self.record.pending):
             if self.simulation.comm.size == 1:
@@ -180,7 +180,7 @@ class Recorder:
         self.record.flush()
 
     def _put_attributes(self) -> None:
-        """Attributes of what has happened until now."""
+        """Set the attributes that describe the run so far."""
         sim = self.simulation
         self.record.attributes |= {
             "failed_steps": sim.control.failed,
@@ -194,7 +194,7 @@ class Recorder:
 
 
 class Unwritten(Recorder):
-    """Keeps the series of a run, and writes nothing."""
+    """A Recorder that keeps the series of a run and writes nothing."""
 
     shapes = False
 
@@ -208,11 +208,11 @@ class Unwritten(Recorder):
         super().__init__(simulation, folder or Path(), point, late=True, corrected=corrected)
 
     def save(self) -> None:
-        """Nothing, now and later."""
+        """Do nothing, now and later."""
         self._next_save = math.inf
 
     def series(self) -> xr.Dataset:
-        """All that was added, over time, as `results.record.read` would return it, on rank 0; collective."""
+        """Everything added over time, in the form returned by `results.record.read`, on rank 0; collective."""
         self._parted = self.observer.parted(self._fixed)
         if not self.root:
             return nothing()

@@ -1,6 +1,6 @@
-"""Extremes of the lines over all steps of a run, those between its frames too, and utilisation of breaking loads.
+"""Extremes of the lines over all steps of a run, including those between frames, and utilisation of breaking loads.
 
-Lines at an instant: bending moments, the sharpest bend, how far allowed curvatures are used, and grounded length.
+Also numbers of lines at an instant: bending moments, largest curvature and its utilisation, and grounded length.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 class Bending:
     """Bending of the cables of a Problem.
 
-    values (cable, 3), as of the last `note`: moments at s = 0 and s = L [N m], largest curvature [1/m].  utilisation
-    (cable,): largest product of a curvature and the `minimum_bend_radius` there, 0 without one; limited: whether any
-    line has one.
+    values (cable, 3), at the last `note`: moments at s = 0 and s = L [N m], largest curvature [1/m].  utilisation
+    (cable,): largest product of curvature and local `minimum_bend_radius`, 0 without one; limited: True if any line has
+    one.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -48,17 +48,17 @@ class Bending:
         radius = np.array([c.minimum_bend_radius or 0.0 for c in sections])
         self.limited = bool(radius.any())
         owned = slice(lines.owned_nodes)
-        #: 1/EI in the nodes of this rank, 0 where a line does not bend.
+        #: 1/EI at the nodes of this rank, 0 for lines without bending stiffness.
         self.per_moment, self._radius = (1 / stiffness)[lines.line_of_node[owned]], radius[lines.line_of_node[owned]]
         cable = np.array([piece.cable for piece in network.pieces])[lines.line_of_node[owned]]
-        #: This rank's nodes cable by cable, the cables that it has nodes of, and where these begin.
+        #: This rank's nodes sorted by cable, the cables that have any, and their first indices.
         self._by_cable = np.argsort(cable, kind="stable")
         self._cables, self._begins = np.unique(cable[self._by_cable], return_index=True)
         s = lines.node_s[owned]
         order = np.lexsort((s, lines.line_of_node[owned]))
         self.moments = Moments(problem)
         self._measure = together(*self.moments.works)
-        self._ends = []  #: (cable, column, node) of the ends that this rank owns
+        self._ends = []  #: (cable, column, node) of the ends owned by this rank
         for cable in range(len(network.cables)):
             for column, (k, end) in enumerate(((network.first_of(cable), 0), (network.last_of(cable), 1))):
                 mine = order[lines.line_of_node[owned][order] == k]
@@ -66,14 +66,14 @@ class Bending:
                     self._ends.append((cable, column, mine[-end]))
 
     def _sizes(self) -> NDArray[Any]:
-        """Moments in the nodes of this rank [N m]."""
+        """Bending moments at the nodes of this rank [N m]."""
         self._measure()
         found = np.zeros(len(self.moments.bent))
         found[self.moments.bent] = self.moments.sizes
         return found
 
     def curvatures(self) -> NDArray[Any]:
-        """Curvature in the nodes of this rank [1/m]."""
+        """Curvature at the nodes of this rank [1/m]."""
         return np.asarray(self._sizes() * self.per_moment)
 
     def moment_at(self, piece: int, s: float) -> float:
@@ -94,7 +94,7 @@ class Bending:
         return float(allreduce(self.problem.comm, size, MPI.MAX))
 
     def note(self) -> None:
-        """Take the present unknowns; collective."""
+        """Update from the present unknowns; collective."""
         moments, found = self._sizes(), np.zeros((len(self.values), 4))
         curvature = moments * self.per_moment
         if len(self._cables):
@@ -108,9 +108,9 @@ class Bending:
 
 
 class Grounded:
-    """Grounded parts of the cables of a Problem, as of the last call of its `notes`.
+    """Grounded parts of the cables of a Problem, at the last call of its `notes`.
 
-    rows: length on the bed and the point where the uppermost piece there leaves it, (cable, 4) [m].  moments: bending
+    rows: length on the bed, and touchdown point of the uppermost grounded piece, (cable, 4) [m].  moments: bending
     moments there (cable,) [N m].
     """
 
@@ -120,10 +120,10 @@ class Grounded:
         self.rows, self.moments = np.zeros((len(cables), 4)), np.zeros(len(cables))
         self._pieces = np.zeros((len(network.pieces), GroundedLength.SIZE))
         self._firsts = np.array([*map(network.first_of, cables), len(network.pieces)], np.int32)
-        self._last = np.zeros(len(cables), np.int32)  # piece of each that leaves the bed there
+        self._last = np.zeros(len(cables), np.int32)  # piece of each with the touchdown point
 
     def notes(self) -> Iterator[Callable[[], object]]:
-        """Functions that bring it up to date, in order."""
+        """Functions that update it, in order."""
         lines: Any = self._problem.lines
         for piece, row in enumerate(self._pieces):
             group, number = lines.holder(piece)
@@ -141,11 +141,11 @@ class Grounded:
 
 
 class Extremes:
-    """Least and largest value of every unknown of the lines of a Problem, of all instants that were noted.
+    """Least and largest values of all unknowns of the lines of a Problem, over all noted instants.
 
-    kept: (until the ramp ends, from there on) x (least, largest) x unknowns of this rank, and of lines that bend the
-    moment in every node after them; +-inf while there is none.
-    The tension of an element is that at its nodes of T, both its ends among them: of degree 0 it is constant on it.
+    kept: (during the ramp, after it) x (least, largest) x unknowns of this rank, followed by the nodal moments of lines
+    that bend; +-inf while there is none.
+    The tension of an element is taken at its nodes of T, which include both ends, or is constant if of degree 0.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -165,20 +165,20 @@ class Extremes:
         )
 
     def note(self, t: float) -> None:
-        """Take the present unknowns, which are those of the time t."""
+        """Update from the present unknowns, at time t."""
         (self._after if t >= self._ramp else self._until)()
 
     def restore(self, kept: ArrayLike) -> None:
-        """Take up those of a checkpoint.  Raises InputError if they are of other unknowns."""
+        """Restore extremes from a checkpoint.  Raises InputError if they do not match the unknowns."""
         kept = np.asarray(kept)
         if kept.shape != self.kept.shape or kept.dtype != self.kept.dtype:
             raise InputError("The extremes in the checkpoint are not of this scene: the run can only begin anew.")
         self.kept[:] = kept
 
     def values(self, observer: Observer) -> dict[str, NDArray[Any]]:
-        """By their names in a record, along the lines, on rank 0; collective.
+        """Extremes along the lines by their names in a record, on rank 0; collective.
 
-        Those after the ramp are there if there is a ramp, and once it is over.
+        Those after the ramp are included if there is a ramp and it is over.
         """
         lines = self._lines
         if lines is None:
@@ -208,7 +208,7 @@ class Extremes:
 
 
 class Envelope(NamedTuple):
-    """Tension of each element of a cable [N], after the ramp: extremes of all steps, mean of the recorded frames."""
+    """Tension of each element of a cable after the ramp [N]: extremes over all steps, mean over recorded frames."""
 
     least: NDArray[Any]
     mean: NDArray[Any]
@@ -232,9 +232,9 @@ def envelope_of(record: xr.Dataset, scene: Scene) -> Envelope:
 
 
 class Smallest:
-    """Smallest tension of each cable of a Problem, of the nodes of T as Extremes have them [N].
+    """Smallest tension of each cable of a Problem, over the nodes of T as in Extremes [N].
 
-    values (cable,): as of the last `note`, on rank 0; infinite of a cable without elements.
+    values (cable,): at the last `note`, on rank 0; infinite for a cable without elements.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -246,7 +246,7 @@ class Smallest:
 
     @property
     def note(self) -> Callable[[], object]:
-        """A function that brings the values up to date; collective."""
+        """Function that updates the values; collective."""
         return self._find if self._comm.size == 1 else self._of_all_ranks
 
     def _of_all_ranks(self) -> None:
@@ -255,30 +255,30 @@ class Smallest:
 
 
 def minimum(record: xr.Dataset, name: str) -> NDArray[Any]:
-    """Least `cable_tension` or `cable_position` of all steps of a run; of an equilibrium what it is."""
+    """Least `cable_tension` or `cable_position` over all steps of a run; for an equilibrium, the value itself."""
     kept = f"{name}_minimum"
     return record[kept].values if kept in record else record[name].min("frame").values
 
 
 def maximum(record: xr.Dataset, name: str) -> NDArray[Any]:
-    """Largest values, as `minimum`."""
+    """Largest value, as `minimum`."""
     kept = f"{name}_maximum"
     return record[kept].values if kept in record else record[name].max("frame").values
 
 
 def stressed(network: Network) -> dict[str, int]:
-    """Name -> number of every piece that has a breaking load."""
+    """Name -> number of every piece with a breaking load."""
     pieces = enumerate(network.pieces)
     return {network.name_of(k): k for k, piece in pieces if piece.section.breaking_load is not None}
 
 
 class Utilisation:
-    """Utilisation of the pieces of a Problem that have a breaking load; `values` as of the last `note`, on rank 0.
+    """Utilisation of the pieces of a Problem with a breaking load; `values` at the last `note`, on rank 0.
 
-    The largest tension of a piece is that of the nodes of T, both ends of every element among them.  Tensions of degree
-    0 are those of the middles of elements: at the ends of a piece, where most of it hangs, half an element's weight is
-    missing there.  So at an end the tension goes on as from the middle of the last element but one to that of the last;
-    at both ends of a piece that is one element, half its weight is added.
+    The largest tension of a piece is that at its nodes of T, which include both ends of every element.  Tensions of
+    degree 0 hold at the middle of elements, and miss half an element's weight at the end of a piece.  They are
+    extrapolated linearly to the ends from the last two elements; for a piece of a single element, half its weight is
+    added at both ends.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -287,7 +287,7 @@ class Utilisation:
         self.values = np.zeros(len(numbers))
         self._loads = np.array([problem.network.pieces[k].section.breaking_load for k in numbers])
         cells = [np.flatnonzero(lines.line_of_cell == k) for k in numbers]
-        self._mine = np.flatnonzero([len(found) for found in cells])  # some may be on other ranks
+        self._mine = np.flatnonzero([len(found) for found in cells])  # others may be on other ranks
         dofs = [lines.T_dofs[cells[i]].ravel() for i in self._mine]
         self._dofs = np.concatenate([np.zeros(0, dtype=int), *dofs])
         self._firsts = np.cumsum([0, *map(len, dofs)])[:-1]
@@ -296,7 +296,7 @@ class Utilisation:
             self._ends = _Ends(problem, numbers, cells)
 
     def note(self) -> None:
-        """Collective."""
+        """Update from the present unknowns; collective."""
         u, comm, found = self.problem.system.u, self.problem.comm, np.full(len(self.values), -np.inf)
         if len(self._mine):
             found[self._mine] = np.maximum.reduceat(u[self._dofs], self._firsts)
@@ -308,7 +308,7 @@ class Utilisation:
 
 
 class _Ends:
-    """Tensions of degree 0 at both ends of pieces, from the two elements that are next to each; -inf of others."""
+    """Tensions of degree 0 at both ends of pieces, from the two nearest elements; -inf for other pieces."""
 
     def __init__(self, problem: Problem, numbers: list[int], cells: list[NDArray[Any]]) -> None:
         self.comm = problem.comm
@@ -332,7 +332,7 @@ class _Ends:
         self._row, self._dof = row.astype(int), dof.astype(int)
 
     def largest(self, u: NDArray[Any]) -> NDArray[Any]:
-        """Tension at both ends of each piece [N]; collective, on rank 0."""
+        """Larger tension of the two ends of each piece [N]; collective, on rank 0."""
         found = np.bincount(self._row, u[self._dof] * self._factor, self._size)
         if self.comm.size > 1:
             self.comm.Reduce(found.copy(), found)
@@ -340,13 +340,13 @@ class _Ends:
 
 
 def rows_of(record: xr.Dataset) -> list[tuple[str, str, str]]:
-    """(quantity, value, unit) of the record of one cable: the largest of each segment."""
+    """(quantity, value, unit) of the largest utilisation of each segment in the record of one cable."""
     what = "largest tension over breaking load"
     return [(f"{what}, {name}" if name else what, f"{x:.4g}", "") for name, x in _largest(record)]
 
 
 def warnings_of(record: xr.Dataset, parts: bool) -> list[str]:
-    """A sentence about a cable that would have broken; parts: whether the scene lets it (`fails_at`)."""
+    """A warning about a cable above its breaking load; parts: True if the scene lets it part (`fails_at`)."""
     above = [f"{x:.3g} times" + (f" ({name})" if name else "") for name, x in _largest(record) if x > 1]
     if not above:
         return []
@@ -355,7 +355,7 @@ def warnings_of(record: xr.Dataset, parts: bool) -> list[str]:
 
 
 def never_parted(scene: Scene) -> list[str]:
-    """A sentence about each cable that parts at a time only, and that after the end of the run."""
+    """A warning about each cable set to part at a time after the end of the run."""
     network, end = scene.network, scene.time.end if scene.time else math.inf
     rules = [(piece.cable, piece.section.fails_at) for piece in network.pieces if piece.section.fails_at]
     late = {(cable, rule.time) for cable, rule in rules if rule.time is not None and rule.time > end}
@@ -367,7 +367,7 @@ def never_parted(scene: Scene) -> list[str]:
 
 
 def _largest(record: xr.Dataset) -> list[tuple[str, float]]:
-    """[(segment of the cable in words, empty if it is the whole, largest T/breaking load), ...]."""
+    """[(segment in words, empty for the whole cable; largest T/breaking load), ...]."""
     if "utilisation" not in record:
         return []
     named = [(name.item().partition(".")[2], record.utilisation.sel(segment=name)) for name in record.segment]
