@@ -1,1 +1,1 @@
-"""Error bars: how far the numbers of a run may be from those of finer steps and elements."""
+"""Error bars: possible difference of the numbers of a run from those of finer steps and elements."""

@@ -1,9 +1,9 @@
-"""Error bars of outputs from a run and its companion, and what they are worth.
+"""Error bars of outputs from a run and its companion, and their verdicts.
 
-With steps h and N elements the error is about C_t h^p + C_s N^-q.  A companion with r h and N/r is off by r^p and r^q
-times as much, so that the difference of the two numbers is r^2 - 1 times the error where p = q = 2, and about half of
-that where part of it is of first order: of backward Euler, of lines that go slack or land, and of tensions of the
-element at an end.  Source: Richardson's extrapolation; half is what covers the errors of runs whose truth is known.
+With steps h and N elements the error is about C_t h^p + C_s N^-q.  The terms are r^p and r^q times as large in a
+companion with r h and N/r, so that the runs differ by r^2 - 1 times the error if p = q = 2, and about half of that if
+part of it is of first order: with backward Euler, lines that go slack or land, and tensions of end elements.  Source:
+Richardson's extrapolation; the half covers the errors of runs whose exact result is known.
 """
 
 import math
@@ -28,31 +28,31 @@ if TYPE_CHECKING:
 #: Series by (name, part).
 AllSeries = dict[tuple[str, str], Series]
 RESOLVED, SUSPECT, NONE = VERDICTS = ("resolved", "suspect", "none")
-#: Least bar of an extreme over the rms difference of the series, divided as the differences are, and of a mean.
+#: Least bar of each statistic, as a multiple of the rms difference of the series (divided as the differences are).
 FLOOR = {"max": 1.0, "min": 1.0, "mean": 0.25, "std": 0.25}
-#: Share of the range beyond which a bar says that nothing is known.
+#: Fraction of the range beyond which a bar counts as "nothing is known".
 LARGEST = 0.25
-#: Share of the range by which a tension may jump to and fro from step to step (rms): with 0.48 % maxima are still what
-#: the bars say, with 0.66 % (`short`, generalized-alpha, a fiftieth of the period) they are 4 % of the range off.
+#: Fraction of the range by which a tension may alternate from step to step (rms): at 0.48 % maxima are still within the
+#: bars, at 0.66 % (`short`, generalized-alpha, a fiftieth of the period) they are off by 4 % of the range.
 RINGING = 0.006
-#: Rms difference over the standard deviation of a series beyond which the companion goes another way.
+#: Rms difference over the standard deviation of a series beyond which the companion diverges from the run.
 LOST = 0.3
-#: An error of the steps (rms) that is so many times what the companion shows contradicts it.
+#: A time-step error (rms) of this many times that shown by the companion contradicts it.
 CONTRADICTED = 3
-#: Errors of which nothing is known.
+#: Unknown errors.
 UNKNOWN = dict.fromkeys(FLOOR, math.nan)
-#: Newton's tolerance bounds its error up to here, by this share of it and of the range.
+#: Largest Newton tolerance that bounds the solver's error, and the error as a multiple of tolerance times range.
 BOUNDED, OF_NEWTON = 1e-4, 0.25
 
-#: Lines of a tapered periodogram that stand for frequency 0.
+#: Lines of a tapered periodogram that represent frequency 0.
 LOWEST = slice(2, 10)
 
 
 class Bar(NamedTuple):
-    """Half the width of an error bar and its verdict, and what is known apart.
+    """Value of an output, half-width of its error bar, its verdict, and separate contributions.
 
-    time, space: parts of the steps and of the elements.  newton: bound of the solver's part.  chance: scatter of one
-    seed of a sea, no part of the bar.  All in the unit of the output; nan where nothing is known.
+    time, space: contributions of steps and elements.  newton: bound of the solver's contribution.  chance: scatter of
+    one seed of a sea, not part of the bar.  All in the unit of the output; nan if unknown.
     """
 
     value: float
@@ -65,7 +65,7 @@ class Bar(NamedTuple):
 
 
 def dataset_of(found: dict[Output, Bar], sentences: list[str], scene: Scene) -> "xr.Dataset":
-    """Bars of all outputs of a run over `output`, as its record has them."""
+    """Bars of all outputs of a run over `output`, as in its record."""
     import xarray as xr
 
     attributes = {"bar_says": " ".join(sentences), "bar_window_from_s": window_start(scene)}
@@ -81,8 +81,8 @@ def bars_of(
 ) -> tuple[dict[Output, Bar], list[str]]:
     """(Bar of each output, sentences about all of them).
 
-    companion: record of a coarser run, why it failed, or None where the steps' part alone is asked for.
-    ratio: of its steps and elements to the run's.  events: records of companions around extremes, in their own times.
+    companion: record of a coarser run, its exception, or None if only the time-step error is wanted.  ratio: of its
+    step and element size to the run's.  events: records of companions around extremes, in their own times.
     """
     start, end = window_start(scene), scene.time.end
     whole, fine, until = series_after(record, start), {}, end if companion is None else followed(scene)
@@ -140,7 +140,7 @@ def bars_of(
 
 
 def _around(record: "xr.Dataset", event: "Event", companion: "xr.Dataset") -> list[AllSeries]:
-    """Series of a record and of the companion around an event, from where that has settled."""
+    """Series of a record and of the companion around an event, from the time at which that has settled."""
     companion = companion.assign_coords(time=companion.time.values + event.begin)
     return [series_after(one, event.settled, event.end) for one in (record, companion)]
 
@@ -148,9 +148,9 @@ def _around(record: "xr.Dataset", event: "Event", companion: "xr.Dataset") -> li
 def _compared(
     series: Series, fine: Series, coarse: Series, factor: float, whole: bool = False
 ) -> tuple[dict[str, float], float, bool]:
-    """({number: its error}, rms difference, True if the companion goes another way) of a series.
+    """({statistic: its error}, rms difference, True if the companion diverges from the run) of a series.
 
-    fine, coarse: in one window, which stands for all of the series by the range in it, unless it is the `whole` matter.
+    fine, coarse: in the same window; errors are scaled from it to the series by their ranges, unless it is the `whole`.
     """
     if not all(np.isfinite(one.x).all() for one in (fine, coarse)):
         return UNKNOWN, math.nan, False
@@ -163,9 +163,9 @@ def _compared(
 
 
 def _of_steps(series: Series, alongside: Series | None, corrected: Series | None) -> tuple[dict[str, float], float]:
-    """({number: error that the steps make}, its rms over time), nan where that is not known.
+    """({statistic: error due to the time steps}, its rms over time), nan if unknown.
 
-    alongside, corrected: in one window, which stands for all of the series by the range in it.
+    alongside, corrected: in the same window; errors are scaled from it to the series by their ranges.
     """
     if alongside is None or corrected is None or not np.all(np.isfinite(corrected.x)):
         return UNKNOWN, math.nan
@@ -175,19 +175,19 @@ def _of_steps(series: Series, alongside: Series | None, corrected: Series | None
 
 
 def _left(corrected: Series, alongside: Series | None) -> bool:
-    """True if the trajectory without the error of the steps could not follow the run, a finite one, to its end."""
+    """True if the corrected trajectory could not follow a run of finite values to its end."""
     followed = np.isfinite(corrected.x[:-1])  # the last step may be a shorter one
     return not followed.all() and alongside is not None and bool(np.isfinite(alongside.x).all())
 
 
 def corrected_of(record: "xr.Dataset") -> "xr.Dataset":
-    """The record without the errors of the steps that were found; empty of series without any."""
+    """The record minus the time-step errors found; series without them are left out."""
     names = [name for name in record.data_vars if name + ERROR in record]
     return record[names].assign({name: record[name] - record[name + ERROR] for name in names})
 
 
 def _instant(series: Series, number: str) -> float:
-    """When a series has its largest or smallest value [s]; -inf of a mean, which every part of a sea shows."""
+    """Time at which a series has its extreme [s]; -inf for a mean, which every part of a sea shows."""
     extremes = {"max": series.x.argmax, "min": series.x.argmin}
     return series.t[extremes[number]()] if number in extremes else -math.inf
 
@@ -199,7 +199,7 @@ def _verdict(bar: float, size: float, reason: str | None, lost: bool, noise: flo
 
 
 def _cut(record: "xr.Dataset", companion: "xr.Dataset") -> str | None:
-    """A sentence if steps of one of two records had to be retried."""
+    """A sentence if steps of either record had to be retried."""
     for name, one in (("the run", record), ("a run with twice the step and half the elements", companion)):
         if one.attrs.get("failed_steps", 0):
             return f"Steps of {name} failed and were retried with smaller ones."
@@ -207,7 +207,7 @@ def _cut(record: "xr.Dataset", companion: "xr.Dataset") -> str | None:
 
 
 def _rings(series: AllSeries) -> str | None:
-    """A sentence if a tension jumps to and fro from step to step, as it does where a scheme's steps are too long."""
+    """A sentence if a tension alternates from step to step, as with steps that are too long for the scheme."""
     for (name, _), one in series.items():
         if unit_of_series(name) != "N" or len(one.x) < 8 or np.ptp(one.x) <= 100 * one.noise:
             continue
@@ -219,7 +219,7 @@ def _rings(series: AllSeries) -> str | None:
 
 
 def alternating(series: Series) -> float:
-    """Rms of the part of a series that changes its sign with every step, by fourth differences over 16."""
+    """Rms of the component of a series that changes sign with every step, from fourth differences over 16."""
     return math.sqrt(np.mean(np.diff(series.x, 4) ** 2)) / 16
 
 
@@ -229,7 +229,7 @@ def is_smooth(scene: Scene) -> bool:
 
 
 def _of_elements(scene: Scene) -> bool:
-    """True if tensions at ends are those of the elements there: off by half an element, which is of first order."""
+    """True if end tensions are those of the end elements: off by half an element, hence first order."""
     return any(piece.section.tension_degree == 0 for piece in scene.network.pieces)
 
 
@@ -239,9 +239,9 @@ def _newton(scene: Scene, series: Series) -> float:
 
 
 def _chance(scene: Scene, series: Series) -> dict[str, float]:
-    """Standard deviations of mean and standard deviation over seeds of an irregular sea, from one run.
+    """Scatter over seeds of an irregular sea of the mean and standard deviation, estimated from one run.
 
-    Of the mean, from the spectrum next to frequency 0; of the standard deviation s, s sqrt(memory/T)/2.
+    For the mean, from the spectrum near frequency 0; for the standard deviation s, s sqrt(memory/T)/2.
     """
     if scene.waves is None or not scene.waves.irregular or series.standard_deviation <= 100 * series.noise:
         return {}

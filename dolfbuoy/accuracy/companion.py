@@ -1,4 +1,4 @@
-"""Companions of a run: the same scene with steps twice as long and half as many elements, whole or around events."""
+"""Companions of a run: the scene with steps twice as long and half the elements, for the whole run or around events."""
 
 import math
 from dataclasses import replace
@@ -15,23 +15,23 @@ from .outputs import ANCHOR, series_after
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A run of more periods than these after its ramp, driven by one period or by an irregular sea, has a companion of its
-#: beginning: the ramp and PERIODS, or in waves a TENTH of the rest.
+#: If a run has more than this many periods after its ramp (with a single period, or in an irregular sea), its companion
+#: covers only the beginning: the ramp and PERIODS, or in waves at least a TENTH of the rest.
 MANY, MANY_OF_A_SEA, PERIODS, TENTH = 10, 20, 4, 0.1
-#: Periods of a companion around an event: growth of the sea from rest, until it has forgotten that, after the event.
+#: Periods of a companion around an event: build-up of the sea from rest, decay of the transient, after the event.
 GROWTH, FORGETTING, AFTER = 2, 5, 1
-#: Part of a run that all its companions cover.
+#: Largest fraction of a run that its companions cover.
 SHARE = 0.5
-#: Series whose extremes are events, in the order of their importance.
+#: Series whose extremes are events, in order of importance.
 EVENTS = ("tension_top", ANCHOR, "cone_angle", "buoy_position_z")
-#: Newton's tolerance of a companion: forces move by 1e-5 of their range at most, and iterations by a fifth.
+#: Newton tolerance of a companion: changes forces by at most 1e-5 of their range, and saves a fifth of the iterations.
 LOOSE = 1e-5
-#: Order in time of the local error of each scheme: tolerances grow with its steps to this power.
+#: Order of the local time error of each scheme: tolerances scale with the step to this power.
 LOCAL_ORDER = {"backward-euler": 2, "bdf2": 3, "generalized-alpha": 3}
 
 
 class Event(NamedTuple):
-    """A companion around an extreme starts from rest at `begin`, counts from `settled` on and ends at `end` [s]."""
+    """A companion around an extreme starts from rest at `begin`, counts from `settled` and ends at `end` [s]."""
 
     begin: float
     settled: float
@@ -39,9 +39,9 @@ class Event(NamedTuple):
 
 
 def companion_of(scene: Scene) -> Scene:
-    """The scene with twice the step, of adaptive ones the tolerance that doubles them, and half the elements.
+    """The scene with twice the step (or the tolerance that doubles adaptive steps) and half the elements.
 
-    Every piece of line keeps at least one element.  Of long runs the beginning alone: see `covered`.
+    Every piece of line keeps at least one element.  For long runs only the beginning: see `covered`.
     """
     return load_scene(_coarser(scene), **{"time.end": covered(scene), "accuracy": None})
 
@@ -60,7 +60,7 @@ def _coarser(scene: Scene) -> Scene:
 
 
 def covered(scene: Scene) -> float:
-    """Until when the companion runs [s]."""
+    """Time until which the companion runs [s]."""
     start, end, period = window_start(scene), scene.time.end, period_of(scene)
     many = MANY_OF_A_SEA if _is_a_sea(scene) else MANY
     if period is None or end - start <= many * period:
@@ -69,9 +69,9 @@ def covered(scene: Scene) -> float:
 
 
 def followed(scene: Scene) -> float:
-    """Until when the error of the steps of a run with a companion is followed [s].
+    """Time until which the time-step error of a run with a companion is followed [s].
 
-    In a long run to an instant that stays when the run is made longer, since it cannot be followed from later on.
+    In a long run, an instant that does not change if the run is extended, as following cannot start later.
     """
     start, end, period = window_start(scene), scene.time.end, period_of(scene)
     if period is None or covered(scene) >= end or start != ramp_of(scene):
@@ -84,9 +84,9 @@ def _is_a_sea(scene: Scene) -> bool:
 
 
 def events_of(scene: Scene, record: "xr.Dataset") -> list[Event]:
-    """Times around extremes of EVENTS after `covered`, as many as there is room for, the more important ones first.
+    """Times around extremes of EVENTS after `covered`, as many as there is room for, most important first.
 
-    None where a start from rest is not that of the scene, or more than the sea depends on time.
+    Empty if the scene does not start from rest, or if more than the sea depends on time.
     """
     least, end = covered(scene), scene.time.end
     ends = [end for piece in scene.network.pieces for end in piece.ends if end.top is not None]
@@ -108,7 +108,7 @@ def events_of(scene: Scene, record: "xr.Dataset") -> list[Event]:
 
 
 def companion_around(scene: Scene, event: Event) -> Scene:
-    """The coarser scene from rest at the beginning of an event on, in the same sea; its times count from there."""
+    """The coarser scene started from rest at the beginning of an event, in the same sea; its times count from there."""
     waves, components = scene.waves, sea_of(scene)
     rows = components.as_rows()
     at_ground = np.array([propagation(scene, period, way).at_ground for _, period, way, _ in rows])

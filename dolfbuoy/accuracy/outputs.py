@@ -1,4 +1,4 @@
-"""Outputs of a run: largest, smallest, mean value and standard deviation of its series after the ramp."""
+"""Outputs of a run: maximum, minimum, mean and standard deviation of its series after the ramp."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from ..results.series import Series, begun, place_of, series_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Numbers of a series, and of forces the level above which they stay for a second.
+#: Statistics of a series, and for forces the level exceeded for a second.
 NUMBERS = ("max", "min", "mean", "std")
 LASTING = "lasting"
 #: Magnitude of the force that holds the lower end of a cable.
@@ -21,7 +21,7 @@ ANCHOR = "anchor"
 
 
 class Output(NamedTuple):
-    """A number of a series: `tension_top`, `max`; part: name of the cable or buoy, empty for neither."""
+    """A statistic of a series: `tension_top`, `max`; part: name of the cable or buoy, empty if neither."""
 
     series: str
     number: str
@@ -42,7 +42,7 @@ def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> d
         if name != ANCHOR and not declared(name).has_outputs:
             continue
         kept = (series.t >= start - 1e-9 * max(abs(start), 1.0)) & (series.t <= end * (1 + 1e-9))
-        if kept.sum() > 2 and not np.isinf(series.x[kept]).all():  # as the radius of a line that never bends
+        if kept.sum() > 2 and not np.isinf(series.x[kept]).all():  # such as the radius of a line that never bends
             found[name, part] = Series(series.label, series.t[kept], series.x[kept], series.noise)
     return found
 
@@ -56,9 +56,9 @@ def _anchors(record: "xr.Dataset") -> Iterator[Series]:
 
 
 def numbers_of(series: Series) -> dict[str, float]:
-    """Numbers of a series in its unit; extremes by the parabola through the highest step and its neighbours.
+    """Statistics of a series in its unit; extremes from a parabola through the extreme step and its neighbours.
 
-    A series that is not finite everywhere, as the radius of a line that is straight at times, has what is finite.
+    A series that is not finite everywhere, such as the radius of a line that is straight at times, has no "std".
     """
     if not np.isfinite(series.x).all():
         return {"max": series.maximum, "min": series.minimum, "mean": series.mean, "std": math.nan}
@@ -71,7 +71,7 @@ def numbers_of(series: Series) -> dict[str, float]:
 
 
 def outputs_of(record: "xr.Dataset", start: float) -> dict[Output, float]:
-    """All numbers of the series after an instant [s], of forces what lasts too, and as "max" those of the beginning."""
+    """All outputs after an instant [s], with the lasting maximum of forces, and initial values as "max"."""
     found = {}
     for (name, part), one in series_after(record, start).items():
         found |= {Output(name, number, part): x for number, x in numbers_of(one).items()}
@@ -81,7 +81,7 @@ def outputs_of(record: "xr.Dataset", start: float) -> dict[Output, float]:
 
 
 def _vertex(t: np.ndarray, x: np.ndarray) -> float:
-    """Largest value of x, between the steps where the parabola through three of them has its vertex."""
+    """Largest value of x, at the vertex of the parabola through the highest step and its neighbours."""
     i = int(x.argmax())
     if not 0 < i < len(x) - 1:
         return float(x[i])

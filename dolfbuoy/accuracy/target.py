@@ -1,6 +1,6 @@
-"""Runs, each finer than the last, until the bars of the outputs asked for are within an accuracy.
+"""Successively finer runs, until the error bars of the requested outputs meet an accuracy.
 
-The last but one is the companion of the last, so that all runs together take about twice as long as the last.
+The last run but one is the companion of the last, so that all together take about twice as long as the last.
 """
 
 import math
@@ -25,22 +25,21 @@ if TYPE_CHECKING:
 
     from .companion import Event
 
-#: Outputs that are asked for where a scene names none, as far as it has them.
+#: Outputs requested by default, as far as the scene has them.
 USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
-#: Steps in a period of the first run, elements of each piece of line in it at least, and Newton's tolerance over
-#: the accuracy.
+#: Steps per period in the first run, least number of elements per piece of line, and Newton tolerance over accuracy.
 STEPS, ELEMENTS, OF_NEWTON = 40, 8, 1e-2
-#: A run is accurate enough when all bars are within this share of what was asked for: bars are estimates.
+#: A run is accurate enough if all bars are within this fraction of the target, as bars are estimates.
 ENOUGH = 0.7
-#: Least and largest refinement from one run to the next, and what its error is thought to be over the one predicted.
+#: Least and largest refinement from one run to the next, and safety factor on the predicted error.
 LEAST, MOST, MARGIN = 1.4, 3.0, 1.6
-#: Smallest tensions count as if they were this part of the largest at least.
+#: Smallest tensions are scaled by at least this fraction of the largest.
 OF_LARGEST = 0.2
 
 
 @dataclass
 class Round:
-    """A run with its bars; worst: the largest bar over what was asked for, of `output`."""
+    """A run with its bars; worst: the largest ratio of a bar to its target, for `output`."""
 
     scene: Scene
     record: "xr.Dataset"
@@ -53,8 +52,8 @@ class Round:
 def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"], comm: Any = MPI.COMM_SELF) -> Round:
     """The first run whose outputs are accurate enough, or the last of `accuracy.rounds`; collective.
 
-    run: computes a scene; whether it is one that may be the last.  Raises InputError for outputs that a run does not
-    have, SolveError if all runs failed.
+    run: computes a scene; its second argument is True if the run may be the last.  Raises InputError for outputs that a
+    run does not have, SolveError if all runs failed.
     """
     check_names(scene)
     chosen, found, ratio = first(scene), None, 2.0
@@ -86,7 +85,7 @@ def first(scene: Scene) -> Scene:
 
 
 def _tried(run, scene, last):
-    """The record of a run, or why it failed."""
+    """The record of a run, or its SolveError."""
     try:
         return run(scene, last)
     except SolveError as error:
@@ -94,7 +93,7 @@ def _tried(run, scene, last):
 
 
 def _judged_by_first(comm, scene, record, companion, ratio):
-    """As `judged`, on all ranks by rank 0, which has the records."""
+    """As `judged`, by rank 0, which has the records, for all ranks."""
     found = None
     if comm.rank == 0:
         try:
@@ -114,7 +113,7 @@ def judged(
     ratio: float = 2.0,
     events: "Mapping[Event, xr.Dataset] | None" = None,
 ) -> Round:
-    """A run with its bars, and the largest of those asked for; as `bars_of`."""
+    """A run with its bars, and the largest of those requested; arguments as in `bars_of`."""
     bars, sentences = bars_of(record, scene, companion, ratio, events)
     wanted = wanted_of(scene, bars)
     shares = {output: bars[output].bar / (scene.accuracy.target * scale_of(output, bars)) for output in wanted}
@@ -124,14 +123,14 @@ def judged(
 
 
 def check_names(scene: Scene) -> None:
-    """Refuse outputs that no run of the scene has, before it runs.  Raises InputError."""
+    """Raise InputError, before a run, for outputs that no run of the scene has."""
     check_outputs(scene, scene.accuracy.of, "accuracy.of")
 
 
 def check_outputs(scene: Scene, names: Iterable[str], where: str, every: bool = False) -> None:
-    """Refuse outputs (SERIES.NUMBER) that no run of the scene has.
+    """Raise InputError, naming `where`, for outputs (SERIES.NUMBER) that no run of the scene has.
 
-    every: those without error bars too, of `outputs_of`.  Raises InputError, with what they are named in.
+    every: also allow outputs without error bars, as in `outputs_of`.
     """
     network = scene.network
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
@@ -151,7 +150,7 @@ def check_outputs(scene: Scene, names: Iterable[str], where: str, every: bool = 
 
 
 def wanted_of(scene: Scene, bars: dict[Output, Bar]) -> list[Output]:
-    """The outputs asked for, of all lines and buoys.  Raises InputError for one that the scene does not have."""
+    """The requested outputs of all lines and buoys.  Raises InputError for one that the scene does not have."""
     names = list(dict.fromkeys(str(output) for output in bars))
     asked = scene.accuracy.of or [name for name in USUAL if name in names]
     for name in asked:
@@ -161,7 +160,7 @@ def wanted_of(scene: Scene, bars: dict[Output, Bar]) -> list[Output]:
 
 
 def scale_of(output: Output, bars: dict[Output, Bar]) -> float:
-    """Scale of the accuracy of an output: its value, of positions and angles the range of their series."""
+    """Scale of the accuracy of an output: its value for forces, else the range of its series."""
     value, least, largest = (bars[output._replace(number=n)].value for n in (output.number, "min", "max"))
     if unit_of_series(output.series) != "N":
         return max(largest - least, 1e-300)
@@ -169,7 +168,7 @@ def scale_of(output: Output, bars: dict[Output, Bar]) -> float:
 
 
 def _refinement(found):
-    """Factor by which the next run is to be finer: errors of second order."""
+    """Factor by which to refine the next run, for second-order errors."""
     if math.isinf(found.worst):
         return 2.0
     return min(max(math.sqrt(MARGIN * found.worst / ENOUGH), LEAST), MOST)
@@ -184,7 +183,7 @@ def _finer(scene, ratio):
 
 
 def sentence_of(found: Round) -> str:
-    """Sentence on what was reached, for the least accurate output."""
+    """Sentence on the accuracy reached, for the least accurate output."""
     output, bar = found.output, found.bars[found.output]
     name = f"{output} of {output.part}" if output.part else str(output)
     target = 100 * found.scene.accuracy.target

@@ -1,4 +1,4 @@
-"""Derived numbers of a scene before a run, and warnings where its model leaves its range."""
+"""Derived numbers of a scene before a run, and warnings where its model leaves its validity range."""
 
 import sys
 from types import ModuleType
@@ -9,7 +9,7 @@ __all__ = ["Report", "check", "derived"]
 
 
 class _Called(ModuleType):
-    """This package, which `dolfbuoy.check(scene)` calls as the function: both have that name."""
+    """This package made callable, as `dolfbuoy.check` is both the package and the function."""
 
     __call__ = staticmethod(check)
 

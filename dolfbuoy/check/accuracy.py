@@ -1,9 +1,9 @@
-"""Error bar to expect of a run, and what 1 % would take, before it: the step against the fastest motion that matters.
+"""Expected error bar of a run and cost of 1 % accuracy, from the time step and the fastest relevant motion.
 
-A scheme's rate of a motion of angular frequency omega is off by |log(amplification)/(i omega step) - 1|, of BDF2 by
-(omega step)^2/3.  That of the drive, or of the heave, roll or pitch of a buoy where these are faster, is what the bars
-of largest tensions and angles are proportional to: in shipped scenes they were 0.25 to 3.5 times as large, with as many
-elements as the scenes have (tests/studies/test_expected_bars.py).
+The relative error of a scheme's rate at angular frequency omega is |log(amplification)/(i omega step) - 1|, for BDF2
+(omega step)^2/3.  Bars of largest tensions and angles are proportional to its value at the excitation frequency, or at
+that of heave, roll or pitch of a buoy if higher: in shipped scenes, with their own elements, they were 0.25 to 3.5
+times as large (tests/studies/test_expected_bars.py).
 """
 
 import cmath
@@ -18,20 +18,20 @@ from ..scene.settings import period_of, space_of
 if TYPE_CHECKING:
     from .report import Report
 
-#: Motions of a buoy that follow a drive which is slower, down to this part of its period.
+#: Motions of a buoy that are excited by slower waves, down to this fraction of their period.
 FAST, SLOWEST = ("heave", "roll", "pitch"), 1 / 8
-#: A bar is so many times larger or smaller than expected.
+#: Factor by which a bar may be larger or smaller than expected.
 SPREAD = 4.0
-#: Seconds of a step, and more for each buoy, degree of an element and component of a sea, on the machine of the README.
+#: Seconds per step, plus those per buoy, element and degree, and wave component, on the machine of the README.
 STEP, OF_BUOY, OF_ELEMENT, OF_COMPONENT = 3e-5, 3e-5, 1e-6, 3e-7
-#: The accuracy whose cost is given.
+#: Accuracy whose cost is stated.
 ASKED = 0.01
 
 
 def expected(scene: Scene, report: "Report") -> None:
-    """Add the expected bar of the scene's own step, and the seconds of a run with 1 %, to a report with its periods.
+    """Add the expected bar at the scene's own step, and the seconds of a run to 1 %, to a report with periods.
 
-    Nothing where no period drives the scene, where steps are adaptive or motions of a buoy are not known.
+    Adds nothing without an excitation period or if a buoy's motions are unknown, and no bar for adaptive steps.
     """
     period, time = period_of(scene), scene.time
     if time is None or period is None:
@@ -61,7 +61,7 @@ def expected(scene: Scene, report: "Report") -> None:
 
 
 def seconds_of_step(scene: Scene) -> float:
-    """Seconds that a step of a scene takes, on the machine of the README."""
+    """Seconds per step of a scene, on the machine of the README."""
     space, waves = space_of(scene), scene.waves
     components = waves.components if waves is not None and waves.irregular else 0
     components = components if isinstance(components, int) else len(components)
@@ -69,5 +69,5 @@ def seconds_of_step(scene: Scene) -> float:
 
 
 def seconds_of(scene: Scene) -> float:
-    """Seconds that a run takes, there and by its `time.step`; none without [time]."""
+    """Seconds per run, on that machine with its `time.step`; 0 without [time]."""
     return scene.time.end / scene.time.step * seconds_of_step(scene) if scene.time else 0.0

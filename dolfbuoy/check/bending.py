@@ -1,4 +1,4 @@
-"""Lines that bend, at rest: the length over which a direction at an end is felt, its moment, the sharpest bend."""
+"""Bending lines at rest: length over which a clamped end is felt, moment there, and largest curvature."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -15,14 +15,14 @@ from ..results.running import Bending
 if TYPE_CHECKING:
     from .report import Report
 
-#: Longest element at a clamp, in bending lengths, for 1 % of the moment there; of degree 1, 2 and higher ones.
+#: Longest element at a clamp, in bending lengths, for 1 % of the moment there; for degrees 1, 2 and higher.
 LONGEST_AT_CLAMP = 0.5, 1.0, 2.0
-#: Bending lengths of a piece beyond which nothing of the other end is felt at a clamp.
+#: Length of a piece, in bending lengths, beyond which the other end has no influence at a clamp.
 FAR = 5
 
 
 def direction_there(problem: Problem, piece: int, end: int) -> NDArray[Any]:
-    """The direction that an end is given, in space, on every rank; of a buoy it is R(q_4) t_0."""
+    """Clamped direction of an end in the world frame, on every rank; on a buoy R(q_4) t_0."""
     holder = problem.network.pieces[piece].ends[end]
     if holder.kind != "buoy":
         return np.array(holder.clamp.unit) if holder.clamp else np.zeros(3)
@@ -34,7 +34,7 @@ def direction_there(problem: Problem, piece: int, end: int) -> NDArray[Any]:
 
 
 def bent_at_rest(problem: Problem, report: "Report") -> None:
-    """Add bending lengths, moments and radii of lines that bend to the Report of `check`; collective."""
+    """Add bending lengths, moments and curvatures of bending lines to the Report of `check`; collective."""
     network, bending = problem.network, Bending(problem)
     bending.note()
     for k, piece in enumerate(network.pieces):

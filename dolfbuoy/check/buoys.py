@@ -1,4 +1,4 @@
-"""Buoys: mass, draft and metacentre, free and under the pull of their lines, and places at rest."""
+"""Buoys: mass, draft and metacentre, free and under the pull of their lines, and positions at rest."""
 
 import math
 from collections.abc import Iterable
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Upright:
-    """An upright buoy in still water; name: "" if there is no other.
+    """An upright buoy in still water; name: "" if it is the only one.
 
-    pull: of its lines, downwards [N], at a height above the keel [m]; how: words for it, "" if nothing is known of one.
-    righted: True if lines off its axis right it too.
+    pull: of its lines, downwards [N], at a height above the keel [m]; how: words for it, "" if unknown.
+    righted: True if lines attached off its axis also right it.
     """
 
     name: str
@@ -45,12 +45,12 @@ class Upright:
 
     @property
     def spare(self) -> float:
-        """Buoyancy less weight when it is drowned [N]."""
+        """Buoyancy minus weight when fully submerged [N]."""
         return float((self.density * self.shape.volume() - self.mass.mass) * self.gravity)
 
     @property
     def drowned(self) -> bool:
-        """True if its lines hold all of it under water."""
+        """True if its lines hold it completely under water."""
         return bool(self.how) and self.pull >= self.spare * (1 - 1e-9)
 
     def under(self, pull: float) -> Floating:
@@ -59,7 +59,7 @@ class Upright:
 
     @property
     def GM(self) -> float:
-        """Restoring lever per weight under the pull [m]."""
+        """Metacentric height under the pull: righting moment per unit angle and weight [m]."""
         if not self.drowned:
             return self.under(self.pull).GM
         arm = self.density * self.shape.volume() * (self.shape.centroid() - self.height)
@@ -67,9 +67,9 @@ class Upright:
 
 
 def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
-    """The buoys of a scene with water that float by their hulls, and not by bars on them.
+    """The buoys of a scene with water that float by their hulls, without bars.
 
-    rest: its equilibrium, a solved static Problem, if it is known.
+    rest: its equilibrium, a solved static Problem, if known.
     """
     network, found = scene.network, []
     if scene.sea is None:
@@ -85,7 +85,7 @@ def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
 
 
 def _moored(scene: Scene, name: str, buoy: Upright, rest: Problem | None) -> Upright:
-    """The buoy under the pull of its lines: of one that hangs straight down, else at rest if that is known."""
+    """The buoy under the pull of its lines: of a single vertical line, or else as in the equilibrium, if known."""
     network = scene.network
     ends: list[Any] = [(network.pieces[k], k, i) for k, i in attached_ends(network)]
     ends = [(piece, k, i) for piece, k, i in ends if piece.ends[i].name == name]
@@ -98,18 +98,18 @@ def _moored(scene: Scene, name: str, buoy: Upright, rest: Problem | None) -> Upr
     if rest is None or not ends:
         return buoy
     pulls = [float(rest.end_force(k, i)[2]) for _, k, i in ends]
-    if sum(pulls) <= -buoy.mass.mass * buoy.gravity:  # they hold it up, out of the water
+    if sum(pulls) <= -buoy.mass.mass * buoy.gravity:  # the lines hold it up, out of the water
         return buoy
     height = sum(pull * z for pull, (_, _, z) in zip(pulls, places, strict=True)) / (sum(pulls) or math.inf)
     return replace(buoy, pull=sum(pulls), height=height, how="with the pull of its lines")
 
 
 def _above(scene: Scene, c: Cable, bottom: float, hanging: float, buoy: Upright) -> Upright:
-    """The buoy straight above the lower end of a line: with its hanging weight, or drawn down by it."""
+    """The buoy vertically above the lower end of a line: carrying its hanging weight, or drawn down by it."""
     w, most = weight_per_length(scene, c), buoy.spare * (1 - 1e-12)
 
     def room(pull: float) -> float:
-        """Length of the stretched line less the height of the mooring point above its lower end [m]."""
+        """Length of the stretched line minus the height of the mooring point above its lower end [m]."""
         middle = pull - w * c.length / 2
         stretched = c.length * (1 + middle / secant(c.axial_stiffness, middle))
         return float(stretched - (buoy.height - buoy.under(pull).draft - bottom))
@@ -144,7 +144,7 @@ def of_buoys(depth: float, buoys: Iterable[Upright], report: "Report") -> None:
 
 
 def buoys_at_rest(problem: Problem, report: "Report") -> None:
-    """Add places of moored buoys at rest to the Report of `check`; collective."""
+    """Add positions of moored buoys at rest to the Report of `check`; collective."""
     network, places = problem.network, []
     for name, rank in problem.buoy_ranks.items():
         buoy, of = problem.buoys.get(name), f" of {name}" if len(network.buoys) > 1 else ""
@@ -167,7 +167,7 @@ def buoys_at_rest(problem: Problem, report: "Report") -> None:
 
 
 def _crest_far_away(scene: Scene, away: float, nearest: tuple[float, float], report: "Report") -> None:
-    """Warn of a prescribed crest that is a twentieth of a wavelength or more from where the nearest buoy rests."""
+    """Warn if a prescribed crest is more than a twentieth of a wavelength from the nearest buoy at rest."""
     waves: Any = scene.waves
     (x, y), there = waves.crest_position, f"waves.crest_position = [{nearest[0]:.3g}, {nearest[1]:.3g}] has it there"
     report.warn(

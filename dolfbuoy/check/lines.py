@@ -1,4 +1,4 @@
-"""Lines: weights, periods, steps, snaps, fatigue; tensions, strength and heights at rest, and lengths on the bed."""
+"""Lines: weights, periods, steps, snaps, fatigue; at rest tensions, strength, heights and lengths on the bed."""
 
 import math
 from itertools import groupby
@@ -28,30 +28,30 @@ from .bending import bent_at_rest
 if TYPE_CHECKING:
     from .report import Report
 
-#: A cable with less tension than this part of the forces of its scene is taken for slack.
+#: A cable counts as slack below this fraction of the typical force of its scene.
 LEAST_TENSION = 1e-4
-#: Compression below this part of the forces of its scene is rounding.
+#: Compression below this fraction of the typical force of its scene is rounding error.
 ROUNDING = 1e-9
-#: Part of its length by which a cable lighter than water may rise above its ends without a warning.
+#: Fraction of its length by which a cable lighter than water may rise above its ends without warning.
 RISE = 1e-3
-#: Strain to which a line is stretched by Hooke's law without a warning: more than any rope bears.
+#: Largest strain by Hooke's law without warning: more than any rope bears.
 STRETCHED = 0.5
-#: Keys by which pieces of a cable differ.
+#: Keys that distinguish the materials of pieces of a cable.
 MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass", "damping", "slack")
-#: Steps in which an elastic wave runs along a line and back for the peak of a snap (12 gave 6 % less than 25, 6 gave
-#: 18 % less), without damping, with which a run makes its steps small enough by itself.
+#: Steps per round trip of an elastic wave along a line that resolve the peak of a snap (12 gave 6 % less than 25, 6
+#: gave 18 % less) without damping; with damping a run adapts its steps by itself.
 STEPS_OF_A_WAVE = 10
-#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
-#: 1, and of higher ones (tests/verification/touchdown.py; at rest 0.3 of degree 1 gave 1.4 %, 0.28 and below 0.8 %).
+#: Element length at the touchdown over the radius of curvature there, T/w, for 1 % in the top tension; of degree 1 and
+#: higher (tests/verification/touchdown.py; at rest, degree 1 gave 1.4 % at 0.3, 0.8 % at 0.28 and below).
 LONGEST_AT_TOUCHDOWN = 0.28, 0.45
-#: More elements at the touchdown than these are not proposed.
+#: Largest number of elements proposed for the touchdown.
 MOST_ELEMENTS = 5000
-#: Lines sink less than this into the bed [m].
+#: Lines normally sink less than this into the bed [m].
 DEEPEST_SAG = 0.01
 
 
 class Line(NamedTuple):
-    """A cable, or pieces of it that are of one material, by their numbers; name: "" if there is no other."""
+    """A cable, or its consecutive pieces of one material, by number; name: "" if it is the only one."""
 
     name: str
     pieces: list[int]
@@ -60,7 +60,7 @@ class Line(NamedTuple):
 
 
 def lines_of(network: Network) -> list[Line]:
-    """The cables of a network; of several materials their parts."""
+    """The cables of a network, split into parts of one material."""
 
     def kind(k: int) -> tuple[int, str]:
         return network.pieces[k].cable, repr([getattr(network.pieces[k].section, key) for key in MATERIAL])
@@ -80,7 +80,7 @@ def of_lines(scene: Scene, network: Network, report: "Report") -> None:
         report.warn(True, sentence)
     bars = {cable for buoy in network.buoys for cable in network.bars_of(buoy)}
     for line in lines_of(network):
-        if network.pieces[line.pieces[0]].cable in bars:  # it has no length to stretch
+        if network.pieces[line.pieces[0]].cable in bars:  # a bar does not stretch
             continue
         c, about, where = line.material, report.about(line.name), "in water" if scene.sea else "in air"
         w, slowness = weight_per_length(scene, c), math.sqrt(c.line_density / c.axial_stiffness)
@@ -97,10 +97,10 @@ def of_lines(scene: Scene, network: Network, report: "Report") -> None:
 
 
 def _snaps(scene: Scene, material: Cable, length: float, report: "Report") -> None:
-    """Add damping and the pull of a snap of an elastic line to the Report of `check`.
+    """Add damping and the snap load of an elastic line to the Report of `check`.
 
-    A line that moves by v along itself until it is taut pulls by Z v at an end that holds it, Z = sqrt(EA rho0), and by
-    half of that where it meets line at rest: exactly without damping, and until the elastic wave is back.
+    A line that moves along itself at speed v until it is taut pulls with Z v at a held end, Z = sqrt(EA rho0), and with
+    half of that where it meets line at rest: exact without damping, until the elastic wave returns.
     """
     tau = material.damping / material.axial_stiffness
     report.add("cable internal damping", material.damping, "N s", f"c/EA = {tau:.4g} s" if tau else "none")
@@ -120,7 +120,7 @@ def _snaps(scene: Scene, material: Cable, length: float, report: "Report") -> No
 
 
 def lines_at_rest(problem: Problem, report: "Report") -> None:
-    """Add tensions, strength, lying and hanging parts, and transverse periods to the Report of `check`; collective."""
+    """Add tensions, strength, grounded and hanging parts, and transverse periods to the Report; collective."""
     network, scene, several = problem.network, problem.scene, len(problem.network.cables) > 1
     abouts = [report.about(name if several else "") for name in network.cables]
     for cable, about in enumerate(abouts):
@@ -138,7 +138,7 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
         report.add(f"equilibrium: largest tension over breaking load{of}", value)
         report.warn(value > 1, f"The equilibrium is above the breaking load of {name}.")
     smallest = problem.smallest_tension(of_rods=False)
-    report.warn(  # a slack rope has none
+    report.warn(  # a slack rope has no compression
         smallest < -ROUNDING * problem.typical_force,
         f"The equilibrium has compressed elements (smallest tension {newtons(smallest)}).",
     )
@@ -152,7 +152,7 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
 
 
 def _forces(problem: Problem, report: "Report", cable: int) -> None:
-    """Forces at the ends of a cable, and the weight that marine growth adds."""
+    """Add forces at the ends of a cable, and the weight added by marine growth."""
     network, name = problem.network, problem.network.cables[cable]
     pulls: Any = problem.anchor_force(cable=cable), problem.end_tension(cable=cable)
     (low, high), alone = network.ends_of(cable), len(network.cables) == 1
@@ -175,7 +175,7 @@ def _forces(problem: Problem, report: "Report", cable: int) -> None:
 
 
 def _stretched(pull: float, stiffness: float, of: str) -> str:
-    """Warning of a pull at an end [N] beyond what an axial stiffness was given for; of: " of NAME"."""
+    """Warning if the pull at an end [N] is beyond the range of the axial stiffness, else ""; of: " of NAME"."""
     if isinstance(stiffness, TensionTable):
         last = stiffness.rows[-1][1]
         beyond, what = (
@@ -192,7 +192,7 @@ def _stretched(pull: float, stiffness: float, of: str) -> str:
 
 
 def _rising(problem: Problem, report: "Report", cable: int) -> None:
-    """Warn of a cable that is lighter than water as a whole and stands above its ends."""
+    """Warn if a cable that is lighter than water as a whole rises above its ends."""
     network, lines, scene = problem.network, problem.lines, problem.scene
     sections = network.sections_of(cable)
     weight, length = sum(weight_per_length(scene, c) * c.length for c in sections), sum(c.length for c in sections)
@@ -209,7 +209,7 @@ def _rising(problem: Problem, report: "Report", cable: int) -> None:
 
 
 def _above_water(problem: Problem, report: "Report") -> None:
-    """Length of each cable that is out of the water, or may get there."""
+    """Add the length of each cable above the water, or warn of it."""
     network, may, above = problem.network, surfacing(problem.scene), np.zeros(len(problem.network.cables))
     for lines in problem.lines.groups:
         ends = compat.cell_dofs(lines.positions)[:, :2]  # the ends of a cell are its first nodes
@@ -231,7 +231,7 @@ def _above_water(problem: Problem, report: "Report") -> None:
 
 
 def _hanging(problem: Problem, report: "Report", cable: int, depth: float) -> None:
-    """Warn of a cable that hangs below a bed that does not carry it, or would without load."""
+    """Warn if a cable hangs below a bed that does not support it, or would do so without load."""
     network, lines = problem.network, problem.lines
     pieces, z = [network.pieces[k] for k in network.pieces_of(cable)], problem.system.u[lines.node_dofs[:, 2]]
     length = sum(piece.section.length for piece in pieces)
@@ -253,12 +253,12 @@ def _hanging(problem: Problem, report: "Report", cable: int, depth: float) -> No
 
 
 def _transverse(problem: Problem, report: "Report", line: Line) -> None:
-    """Add the transverse modes of a taut line, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
+    """Add the periods of transverse modes of a taut line, T_n = 2/n int sqrt(m/T) ds, with the equilibrium tension."""
     c, scene, comm, least, travel = line.material, problem.scene, problem.comm, math.inf, 0.0
     added = scene.sea.density * (cross_section(c) or 0.0) * c.added_mass if scene.sea else 0.0
     for lines, k in map(problem.lines.holder, line.pieces):
         u, swings = problem.system.u, lines.line_of_cell == k
-        if lines.bed is not None:  # what lies does not swing
+        if lines.bed is not None:  # grounded parts do not swing
             swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.grounded(u, k).s
         T, h = lines.mean_tension(u)[swings], np.diff(lines.cell_ends[swings], axis=1)[:, 0]
         thicker, heavier = lines.growth.factors[swings].T if lines.growth is not None else np.ones((2, len(T)))
@@ -266,13 +266,13 @@ def _transverse(problem: Problem, report: "Report", line: Line) -> None:
         mass = heavier * c.line_density + thicker**2 * added
         travel += float(np.sum(h * np.sqrt(mass / T.clip(min=1e-300))))
     travel, least = comm.allreduce(travel), comm.allreduce(least, op=MPI.MIN)
-    taut = travel and least > LEAST_TENSION * problem.typical_force  # a slack one has no such modes
+    taut = travel and least > LEAST_TENSION * problem.typical_force  # a slack line has no such modes
     for n in (1, 2) if taut else ():
         report.periods[f"{line.name or 'cable'}, transverse {n} (taut, fixed ends)"] = 2 * travel / n
 
 
 def _on_bed(problem: Problem, report: "Report") -> None:
-    """Add the lying part of every piece of line of a solved static Problem to the Report of `check`."""
+    """Add the grounded part of every piece of line of a solved static Problem to the Report of `check`."""
     scene, network, lines = problem.scene, problem.network, problem.lines
     several, friction = len(network.pieces) > 1, scene.seabed.friction if scene.seabed else 0.0
     below: dict[Any, float] = {}
@@ -308,8 +308,8 @@ def _on_bed(problem: Problem, report: "Report") -> None:
 
 
 def _touchdown_elements(problem: Problem, report: "Report", piece: int, s: float, radius: float) -> None:
-    """The touchdown is a jump of curvature that no degree resolves: elements there must be short against T/w, and of a
-    line that bends against (EI/w)^1/3, over which its own stiffness spreads the jump.
+    """Warn of long elements at the touchdown, where the curvature jumps, which no polynomial degree resolves.
+    They must be short against T/w or, if the line bends, (EI/w)^1/3, over which its stiffness smooths the jump.
     """
     lines = problem.lines
     begins, ends = (lines.cell_ends - lines.begins[piece]).T
@@ -337,7 +337,7 @@ def _touchdown_elements(problem: Problem, report: "Report", piece: int, s: float
 
 
 def of_fatigue(scene: Scene, report: "Report") -> None:
-    """Add the reference of every fatigue curve to the Report of `check`, and a warning where it is likely too high."""
+    """Add the reference of every fatigue curve to the Report of `check`, with a warning if it is likely too high."""
     network, fatigue = scene.network, scene.fatigue
     corrosion = fatigue.corrosion if fatigue else 0.0
     seen: list[tuple[str, float]] = []

@@ -1,4 +1,4 @@
-"""Coefficients of potential flow: whether they belong together, to the hull and to the water, and what they lack."""
+"""Checks of potential-flow coefficients: consistency with each other, the hull and the water, and gaps."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -16,18 +16,18 @@ from .buoys import Upright
 if TYPE_CHECKING:
     from .report import Report
 
-#: Parts from which on a sentence is worth it: of the draft, depth and density; of forces; of the memory; of the sea.
+#: Relative thresholds of warnings: draft, depth and density; forces; memory; energy of the sea.
 OTHER, APART, INCONSISTENT, OUTSIDE = 0.03, 0.05, 0.1, 0.01
-#: Part of the Froude-Krylov force in heave by which that of the longest waves may differ from it.
+#: Fraction of the Froude-Krylov heave force by which the force in the longest waves may differ from it.
 LIKE_STRIPS = 0.5
-#: Part of the mean drift by which strips must be off for a sentence.
+#: Fraction of the mean drift by which strips must be off for a warning.
 MUCH = 0.2
-#: k h from which on a bed is not felt.
+#: k h above which waves do not feel the bed.
 DEEP = 4.0
 
 
 def of_potential_flow(scene: Scene, buoys: list[Upright], report: "Report") -> None:
-    """Add what the coefficients of potential flow of buoys say of themselves to the Report of `check`.
+    """Add checks of the potential-flow coefficients of buoys to the Report of `check`.
 
     Raises InputError for a hull that sinks.
     """
@@ -61,7 +61,7 @@ def _memory(scene: Scene, buoy: Upright, report: "Report") -> None:
 
 
 def _hull(scene: Scene, buoy: Upright, report: "Report") -> None:
-    """Draft, force of the undisturbed wave, Haskind's relation."""
+    """Check draft, Froude-Krylov force and Haskind's relation."""
     c, draft = coefficients_of(scene, buoy.section), draft_of(scene, buoy.section)
     rest = draft if buoy.drowned else buoy.under(buoy.pull).draft
     report.warn(
@@ -96,7 +96,7 @@ def _hull(scene: Scene, buoy: Upright, report: "Report") -> None:
 
 
 def _drift(scene: Scene, buoy: Upright, report: "Report") -> None:
-    """Mean drift force in the scene's waves, and what strips make of it."""
+    """Add the mean drift force in the scene's waves, and the part captured by strips."""
     energy, found = AirySum.of(scene).amplitude ** 2, of_components(scene, buoy.section)
     whole, strips = float(energy @ found.whole), float(energy @ found.strips)
     named = buoy.section.drift is not None
@@ -110,7 +110,7 @@ def _drift(scene: Scene, buoy: Upright, report: "Report") -> None:
 
 
 def _haskind(scene: Scene, omega: Array, force: Array) -> Array:
-    """Damping (n, 3) that belongs to the wave forces: k |F|^2/(4 rho g c_g) in heave, half of that in a plane."""
+    """Damping (n, 3) consistent with the wave forces: k |F|^2/(4 rho g c_g) in heave, half of that in a plane."""
     sea: Any = scene.sea
     g, h = scene.gravity, sea.depth
     k = wavenumbers(scene, omega)
@@ -120,7 +120,7 @@ def _haskind(scene: Scene, omega: Array, force: Array) -> Array:
 
 
 def _apart(values: Array, exact: Array) -> float:
-    """Largest difference of surge and heave over their largest values."""
+    """Largest differences in surge and heave relative to their largest values."""
     ends = [0, -1]
     size = np.abs(exact[:, ends]).max(axis=0)
     return float((np.abs(values - exact)[:, ends].max(axis=0) / np.maximum(size, 1e-300)).max())
@@ -143,7 +143,7 @@ def _water(scene: Scene, buoy: Upright, report: "Report") -> None:
 
 
 def _range(scene: Scene, buoy: Upright, report: "Report") -> None:
-    """Part of the sea at frequencies that the file does not have: there diffraction is that of its highest one."""
+    """Warn of wave energy above the frequencies of the file, where diffraction is that at its highest one."""
     flow: Any = buoy.section.potential_flow
     waves, highest = AirySum.of(scene), flow.omega[-1]
     energy = waves.amplitude**2

@@ -24,17 +24,17 @@ from .potential_flow import of_potential_flow
 from .waves import in_waves, of_shapes
 from .weather import of_weather
 
-#: Part of its range by which a motion along rows may go beyond them without a warning.
+#: Fraction of its range by which a motion interpolated in rows may overshoot without warning.
 OVERSHOOT = 0.01
-#: A velocity that jumps from row to row: by this part of the largest speed, and so many times what is usual there.
+#: Jump of velocity between rows: least fraction of the largest speed, and least multiple of the median jump.
 JUMP = 0.5, 5
 
 
 @dataclass
 class Report:
-    """effects: compiled ones.  numbers: (name, value, unit, remark).  periods: name -> s.  warnings: sentences.
+    """Compiled effects, numbers (name, value, unit, remark), periods (name -> s), and warnings.
 
-    prefix: goes before the names of numbers and before sentences that are added.
+    prefix: precedes the names of numbers and the sentences that are added.
     """
 
     effects: list[str]
@@ -44,7 +44,7 @@ class Report:
     prefix: str = ""
 
     def about(self, name: str) -> "Report":
-        """The same report, to which rows and sentences about a line or buoy of this name are added; "": without it."""
+        """The same report with the prefix for a line or buoy of this name; "": no prefix."""
         return replace(self, prefix=f"{name}: " if name else "")
 
     def add(self, name: str, value: float, unit: str = "", remark: str = "") -> None:
@@ -57,7 +57,7 @@ class Report:
 
 
 def check(scene: Scene | str | Path | dict[str, Any], comm: Any = MPI.COMM_WORLD, **overrides: Any) -> Report:
-    """Derived numbers and warnings; solves for the equilibrium if the scene starts from it, collectively.
+    """Derived numbers and warnings of a scene; solves for the equilibrium if it starts from it; collective.
 
     overrides: see load_scene.
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
@@ -77,7 +77,7 @@ def check(scene: Scene | str | Path | dict[str, Any], comm: Any = MPI.COMM_WORLD
 
 
 def derived(scene: Scene, rest: Problem | None = None) -> Report:
-    """Numbers and warnings of lines, buoys and waves; rest: the equilibrium, a solved static Problem, if it is known.
+    """Numbers and warnings of lines, buoys and waves; rest: the equilibrium, a solved static Problem, if known.
 
     Raises InputError for a buoy that sinks.
     """
@@ -98,7 +98,7 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
 
 
 def _motions(scene: Scene, report: Report) -> None:
-    """Add warnings on ends that are moved along rows (overshoot, jumps, their end), and on vessels in other waves."""
+    """Add warnings on ends moved along rows (overshoot, jumps, early end), and on vessels in other waves."""
     network, end = scene.network, scene.time.end if scene.time else 0.0
     for vessel in scene.vessel or []:
         period = scene.waves.main_period if scene.waves else 0.0
@@ -129,9 +129,9 @@ def _motions(scene: Scene, report: Report) -> None:
 
 
 def _jump(top: Top) -> tuple[float, float]:
-    """(size [m/s], time [s]) of the largest jump of the velocity along rows; (0, 0) if there is none.
+    """(size [m/s], time [s]) of the largest velocity jump along rows; (0, 0) if there is none.
 
-    An end rests before the first row, unless a ramp lets it go, and after the last one.
+    An end rests before the first row, unless there is a ramp, and after the last one.
     """
     rows = np.array(top.motion)
     velocity = np.diff(rows[:, 1:], axis=0) / np.diff(rows[:, :1], axis=0)
@@ -143,7 +143,7 @@ def _jump(top: Top) -> tuple[float, float]:
 
 
 def _at_rest(problem: Problem, report: Report) -> None:
-    """Add forces, shapes and places at rest, periods of small motions, and Newton's tolerances."""
+    """Add forces, shapes and positions at rest, periods of small motions, and Newton tolerances."""
     scene, tolerance = problem.scene, problem.scene.solver.step_tolerance
     if problem.lines:
         lines_at_rest(problem, report)
@@ -151,7 +151,7 @@ def _at_rest(problem: Problem, report: Report) -> None:
     if scene.criteria is not None or scene.anchor:
         _judged(problem, report)
     if scene.buoys and scene.sea and scene.gravity:
-        from ..linear.periods import moored_periods  # and scipy, for which no run should wait
+        from ..linear.periods import moored_periods  # with scipy, which no run needs
 
         report.periods |= moored_periods(scene, problem if problem.comm.size == 1 else None)
     sizes = {(b.name, b.unit): tolerance * b.unknown_size(1.0, tolerance) for b in problem.system.blocks if b.unit}
@@ -160,7 +160,7 @@ def _at_rest(problem: Problem, report: Report) -> None:
 
 
 def _judged(problem: Problem, report: Report) -> None:
-    """Add what the criteria say of the equilibrium, and what anchors hold of it."""
+    """Add the verdicts of criteria on the equilibrium, and the utilisation of anchors."""
     from ..results.criteria import governing, never_met, verdicts
     from ..results.observe import Observer
     from ..results.record import dataset_of

@@ -1,6 +1,6 @@
-"""Waves: totals of a sea, and limits of the model that they exceed.
+"""Waves: statistics of a sea, and limits of the model that it exceeds.
 
-Coefficients by shape, and the damping by the waves that a hull makes: estimates, and where they are missing.
+Also estimates of coefficients by shape and of radiation damping, and warnings where that is missing.
 """
 
 import math
@@ -26,13 +26,13 @@ from .lines import Line
 if TYPE_CHECKING:
     from .report import Report
 
-#: Part [%] of the height of Airy's crest by which a steep wave's is higher, from which on `check` warns.
+#: Excess height of the crest of a steep wave over Airy's above which `check` warns [%].
 LOW_CREST = 5.0
-#: k D of a component from which on a hull of diameter D does more to it than strip theory has.
+#: k D of a component above which a hull of diameter D disturbs it more than strip theory allows.
 SHORTEST_KD = 2
 #: Largest H/lambda of a steady wave over tanh kd (Miche 1944).
 MICHE = 0.142
-#: Steps of a given size in a period of the waves; significant steepness of seas that exist.
+#: Least number of fixed steps per wave period; largest significant steepness of real seas.
 STEPS, STEEPEST = 20, 0.1
 
 
@@ -47,7 +47,7 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
     if scene.current and not scene.current.grid:
         _shift(scene, wave, report)
     in_a_sea = wave.irregular
-    if in_a_sea:  # from here on a regular wave of Hs and the main period
+    if in_a_sea:  # from here on, a regular wave of height Hs and the main period
         kept = {name: getattr(wave, name) for name in ("direction_deg", "period_seen_from")}
         wave = Waves(height=crest_height(scene), period=wave.main_period, **kept)
         scene = scene.model_copy(update={"waves": wave})
@@ -73,7 +73,7 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
 
 
 def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report: "Report") -> float:
-    """Totals of the components of an irregular sea; returns the height of its largest crest in 3 h [m]."""
+    """Add statistics of an irregular sea; returns the height of its largest crest in 3 h [m]."""
     found, spectrum = components_of(waves), spectrum_of(waves)
     m0, m2 = found.moment(0), found.moment(2)
     Tz = 2 * math.pi * math.sqrt(m0 / m2)
@@ -84,7 +84,7 @@ def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report:
     if spectrum is not None:
         low, high = band_of(waves, spectrum)
         remark = f"outside {2 * math.pi / high:.3g} ... {2 * math.pi / max(low, 1e-9):.3g} s"
-        ripples = "; most of it in ripples" if isinstance(waves.spectrum, str) else ""  # its tail carries m4 = inf
+        ripples = "; most of it in ripples" if isinstance(waves.spectrum, str) else ""  # its tail makes m4 infinite
         for n, more in ((0, ""), (2, ripples)):
             cut = 1 - spectrum.moment(n, low, high) / spectrum.moment(n)
             report.add(f"cut off of m{n}", 100 * cut, "%", remark + more)
@@ -101,7 +101,7 @@ def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report:
         report.add("the sea repeats after", math.inf, "s", "bins of equal energy have no common period")
     crest = _statistics(scene, spectrum, Tz, report)
     k = AirySum.of(scene).wavenumber
-    for buoy in buoys:  # Morison's equation and strips are not meant for these
+    for buoy in buoys:  # Morison's equation and strips do not hold for these
         count = np.sum(k * buoy.shape.max_diameter > SHORTEST_KD)
         remark = f"of {len(k)}, shorter than {math.pi:.3g} diameters"
         k_R = dispersion_wavenumber(Tz, depth, scene.gravity) * buoy.shape.max_diameter / 2
@@ -113,8 +113,8 @@ def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report:
 
 
 def _statistics(scene: Scene, spectrum: Spectrum | None, Tz: float, report: "Report") -> float:
-    """Numbers of components and seeds for extremes of this sea, and the scatter of its height in one run; returns the
-    largest crest in 3 h [m]."""
+    """Add numbers of components and seeds for extremes, and the scatter of Hs in one run.
+    Returns the largest crest in 3 h [m]."""
     crests = crests_of(Tz)
     largest = largest_crest(crests)
     height, scatter = largest.mean * crest_height(scene) / 4, 100 * largest.standard_deviation / largest.mean
@@ -136,7 +136,7 @@ def _statistics(scene: Scene, spectrum: Spectrum | None, Tz: float, report: "Rep
 
 
 def _shift(scene: Scene, waves: Waves, report: "Report") -> None:
-    """Shift of the frequency by the current, with the observer of the periods."""
+    """Add the Doppler shift of the frequency by the current, and the frame in which periods are given."""
     seen, period = waves.period_seen_from, waves.main_period
     found = main_propagation(scene)
     shift = found.wavenumber * current_felt(scene, found.wavenumber, waves.direction_deg)
@@ -171,7 +171,7 @@ def _regular(w: Waves, k: float, h: float, g: float, report: "Report") -> None:
 
 
 def _steepness(scene: Scene, height: float, report: "Report") -> None:
-    """Lack of a regular Airy wave, or of a sea's largest wave, against the steady wave of its height and period."""
+    """Add the deficit of Airy theory for a regular or a sea's largest wave against the steady wave of its height."""
     waves, sea = scene.waves, scene.sea
     if waves is None or sea is None or not height or not scene.gravity or waves.wavelength is not None:
         return
@@ -185,7 +185,7 @@ def _steepness(scene: Scene, height: float, report: "Report") -> None:
         largest = f"{above} above {STEEPEST_WAVE} of the height at which it breaks: no theory here holds."
         k = wavenumber(scene)
         own = height <= 2 * waves.size and waves.size * k > math.pi * MICHE * math.tanh(k * sea.depth)
-        report.warn(not own, largest)  # of a regular wave beyond the limit itself `_regular` warns
+        report.warn(not own, largest)  # `_regular` warns of a regular wave beyond the limit
         return
     length = 2 * math.pi / found.wavenumber
     ursell = height * length**2 / sea.depth**3
@@ -212,14 +212,14 @@ def _strips(buoy: Upright, k_R: float, where: str, report: "Report") -> None:
 
 
 def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report", in_a_sea: bool) -> None:
-    """Limits of strips: short waves, and no waves of the buoy's own.  in_a_sea: it stands for a sea."""
+    """Check limits of strips: short waves, and missing radiation.  in_a_sea: True if the wave stands for a sea."""
     ratio, b, speed = k_R / math.pi, buoy.section, 2 * math.pi / wave.main_period * wave.size
     report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
     strips = b.potential_flow is None
     report.warn(ratio >= 0.2 and strips, f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
     report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4" if strips else "")
     _strips(buoy, k_R, "", report)
-    if scene.gravity and not buoy.drowned:  # drag linearised to the same work
+    if scene.gravity and not buoy.drowned:  # drag linearised for equal work
         floating = buoy.under(buoy.pull)
         area, spheres, _ = buoy.shape.projected(floating.draft)
         linear = 8 / (3 * math.pi) * 0.5 * buoy.density * b.axial_drag * area * speed
@@ -235,17 +235,17 @@ def _hull(scene: Scene, wave: Waves, buoy: Upright, k_R: float, report: "Report"
             of_radiation(scene, wave, ratio, buoy, report, IN_A_SEA if in_a_sea else NEAR)
 
 
-#: Draft of the cylinder over that of the hull within which it stands for the hull.
+#: Range of the draft of the equivalent cylinder over that of the hull in which it represents the hull.
 LIKE = 0.67, 1.5
-#: Natural period over the period of the waves, regular ones and those of a sea, within which resonance counts: in the
-#: tail of a sea, S ~ omega^-5, the part 2.7 r^4/zeta of its variance; r: ratio of periods, zeta: damping ratio.
+#: Range of natural period over wave period in which resonance matters, for regular waves and a sea: in the tail of a
+#: sea, S ~ omega^-5, it adds 2.7 r^4/zeta of its variance; r: ratio of periods, zeta: damping ratio.
 NEAR, IN_A_SEA = (0.8, 1.25), (0.2, 1.4)
-#: A damping ratio of waves that counts: next to that of drag in heave, and alone in pitch.
+#: Radiation damping ratio that matters: relative to that of drag in heave, and absolute in pitch.
 MUCH, LEAST = 0.5, 0.03
 
 
 def of_shapes(scene: Scene, buoys: list[Upright], report: "Report") -> None:
-    """Add numbers of coefficients that are given by shape to the Report of `check`, and warn outside their range."""
+    """Add the values of coefficients given by shape to the Report of `check`, and warn outside their range."""
     raw = dict(zip(scene.network.buoys, scene.buoys, strict=True))
     for buoy in buoys:
         about, found = report.about(buoy.name), buoy.section
@@ -281,16 +281,16 @@ def of_shapes(scene: Scene, buoys: list[Upright], report: "Report") -> None:
 def of_radiation(
     scene: Scene, waves: Waves, of_drag: float, buoy: Upright, report: "Report", band: tuple[float, float]
 ) -> None:
-    """Warn where the waves that a hull makes would damp its resonance and the scene has none of that damping.
+    """Warn if radiation would damp a resonance of the hull, but the scene has no radiation damping.
 
-    of_drag: damping ratio of heave by drag.  band: natural periods over that of the waves within which it resounds.
+    of_drag: damping ratio of heave by drag.  band: range of natural period over wave period that counts as resonance.
     """
     low, high = band
     if buoy.section.wave_damping is not None or getattr(buoy.section, "potential_flow", None) is not None:
         return
     try:
         found = estimate(scene, buoy.section)
-    except (Wrong, InputError):  # it is drowned or has no water plane
+    except (Wrong, InputError):  # it is submerged or has no water plane
         return
     for motion, omega, (added, damping), inertia, enough in (
         ("heave", found.heave, found.of_heave, buoy.mass.mass, MUCH * of_drag),

@@ -1,4 +1,4 @@
-"""Current, wind and force that change over time: numbers of gusts, and what goes on too fast or ends too early."""
+"""Current, wind and force that vary over time: numbers of gusts, and warnings of fast changes and early ends."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -12,16 +12,16 @@ from ..scene.sections import Sea
 if TYPE_CHECKING:
     from .report import Report
 
-#: Acceleration of the water [m/s^2] from which on its inertia may count.
+#: Acceleration of the water above which its inertia may matter [m/s^2].
 FAST = 0.01
-#: Part of the range of a tide by which it may go beyond its rows unsaid.
+#: Fraction of the range of a tide by which it may overshoot its rows without warning.
 BEYOND = 0.02
-#: Part of the depth from which on a tide's change of the depth may count for waves.
+#: Tidal range, as a fraction of the depth, above which the change of depth may matter for waves.
 DEEPER = 0.2
 
 
 def of_weather(scene: Scene, report: "Report") -> None:
-    """Add numbers and warnings of what changes over time to the Report of `check`."""
+    """Add numbers and warnings on sections that vary over time to the Report of `check`."""
     sections: dict[str, Any] = {"sea": scene.sea, "current": scene.current}
     for name, buoy in scene.network.buoys.items():
         about = report.about(name if len(scene.network.buoys) > 1 else "")
@@ -46,7 +46,7 @@ def of_weather(scene: Scene, report: "Report") -> None:
 
 
 def _tide(scene: Scene, sea: Sea, report: "Report") -> None:
-    """Range of a tide, and what it is too fast or too large for."""
+    """Add the range of a tide, with warnings if it is too fast or too large."""
     (low, high), heights = range_of_tide(scene), np.array(sea.tide)[:, 1]
     report.add("range of the tide", high - low, "m", f"from {low:.3g} to {high:.3g} m")
     beyond = high - low - float(np.ptp(heights))

@@ -1,6 +1,6 @@
-"""Sample of a run: what is kept of it for its statistics; and the fatigue damage of its cycles.
+"""Sample of a run: the numbers kept for its statistics, and the fatigue damage of its cycles.
 
-All that counts is after the ramp.  A sample is a plain dict, so that a store of many cases can hold it:
+Only the time after the ramp counts.  A sample is a plain dict, so that a store of many cases can hold it:
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
      "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
@@ -39,18 +39,18 @@ if TYPE_CHECKING:
 #: Numbers of every recorded quantity over the whole run, and of every series after the ramp.
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
-#: The elevation at a point that stays where it is; a number of forces.
+#: Series of the elevation at a fixed point; statistic of forces only.
 FIXED_POINT, LASTS = "fixed_point_elevation", "lasting_maximum"
 
 #: Seconds of a year of 365.25 days.
 YEAR = 31557600.0
-#: Numbers of [fatigue] that a sample keeps.
+#: Keys of [fatigue] kept in a sample.
 CORRODING = ("corrosion", "corrosion_rate", "safety_factor")
 
 
 def numbers_of(record: xr.Dataset) -> dict[str, dict[str, float]]:
-    """STATISTICS of every series over the whole run, in the units of the record; of forces also what lasts, and of what
-    is of the beginning the number that counts."""
+    """STATISTICS of every series over the whole run, in the units of the record.
+    Also the lasting maximum of forces, and the single number of quantities known at the beginning."""
     found = {one.label: one.numbers(STATISTICS + ((LASTS,) if lasts(one.label) else ())) for one in series_of(record)}
     return found | {one.label: one.numbers([declared(place_of(one.label).name).counts]) for one in begun(record)}
 
@@ -64,9 +64,9 @@ def sample_of(
 ) -> dict[str, Any]:
     """The sample of a record.
 
-    start: what comes before does not count [s]; by default the end of the ramp.  point: (x, y) of the fixed point [m];
-    by default where the buoy begins, else the anchor.  bins: of peaks and ranges, which then have seven digits.
-    Raises InputError if fewer than two instants are left.
+    start: begin of the time that counts [s]; by default the end of the ramp.  point: (x, y) of the fixed point [m]; by
+    default the initial position of the buoy, else the anchor.  bins: number of bins of peaks and ranges, then rounded
+    to seven digits.  Raises InputError if fewer than two instants are left.
     """
     start = ramp_of(scene) if start is None else start
     late = record.isel(time=record.time.values >= start - 1e-9 * max(abs(start), 1.0))
@@ -81,7 +81,7 @@ def sample_of(
         point = next((track[0] for track in _tracks(record).values()), (place or (0.0, 0.0))[:2])
     every = [*series_of(late), *begun(late), *_elevation(late, scene, point)]
     peaked, cycled = chosen("peaks"), chosen("cycles")
-    by_chance = scene.waves is not None and scene.waves.spectrum is not None  # only then there is a memory
+    by_chance = scene.waves is not None and scene.waves.spectrum is not None  # otherwise there is no memory
     numbers = NUMBERS if by_chance else NUMBERS[:-1]
     found: dict[str, Any] = {
         "start": float(late.time[0]),
@@ -90,7 +90,7 @@ def sample_of(
         "peaks": {s.label: _listed(s.peaks(), bins) for s in every if place_of(s.label).name in peaked},
         "cycles": {s.label: _listed(s.ranges(), bins) for s in every if place_of(s.label).name in cycled},
     }
-    if abs(record.attrs.get("bar_window_from_s", math.inf) - start) < 1e-9:  # bars of just these instants
+    if abs(record.attrs.get("bar_window_from_s", math.inf) - start) < 1e-9:  # bars of exactly these instants
         for label, bars in by_label(record).items():
             found["series"].get(label, {}).update(bars)
     if tracks:
@@ -105,7 +105,7 @@ def sample_of(
 
 
 def _strength(label: str, scene: Scene) -> dict[str, Any]:
-    """Numbers of the line where a tension acts, by which its cycles are measured, and its curve."""
+    """Strength of the line where a tension acts, to which its ranges refer, and its fatigue curve."""
     network, (name, dimension, part) = scene.network, place_of(label)
     if dimension == "place":
         piece, linked = piece_of(part, network)
@@ -124,15 +124,15 @@ def _strength(label: str, scene: Scene) -> dict[str, Any]:
 
 
 def lasts(label: str) -> bool:
-    """True for a force whose peaks are kept, so that what lasts of it counts."""
+    """True for a force whose peaks are kept, so that its lasting maximum counts."""
     name = place_of(label).name
     return name in chosen("peaks") and declared(name).unit == "N"
 
 
 def binned(values: NDArray[Any], counts: NDArray[Any], bins: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Values and counts in so many bins of equal width at most, each with its mean value; as they are if few enough.
+    """Values and counts in at most `bins` bins of equal width, each at its mean value; unchanged if few enough.
 
-    A sum of value^m then misses a part of about m (m - 1) / (24 bins^2) of what the largest values bring.
+    A sum of value^m then misses a fraction of about m (m - 1) / (24 bins^2) of the contribution of the largest values.
     """
     if len(values) <= bins:
         return values, counts
@@ -143,14 +143,14 @@ def binned(values: NDArray[Any], counts: NDArray[Any], bins: int) -> tuple[NDArr
 
 
 def _listed(pair: tuple[NDArray[Any], NDArray[Any]], bins: int | None) -> list[list[float]]:
-    """[values, counts] as lists; in bins to seven digits."""
+    """[values, counts] as lists; if binned, to seven digits."""
     if bins is None:
         return [column.tolist() for column in pair]
     return [[float(f"{x:.7g}") for x in column] for column in binned(*pair, bins)]
 
 
 def _elevation(late: xr.Dataset, scene: Scene, point: Sequence[float]) -> Iterator[Series]:
-    """The series of the fixed point, in waves."""
+    """Series of the elevation at the fixed point, if there are waves."""
     if scene.waves:
         t = late.time.values
         eta = AirySum.of(scene).over_time(t, np.asarray(point))
@@ -163,28 +163,28 @@ def _tracks(record: xr.Dataset) -> dict[str, NDArray[Any]]:
 
 
 def pair_of(sample: dict[str, Any], kept: str, label: str) -> tuple[NDArray[Any], NDArray[Any]]:
-    """(values, counts) of its "peaks" or "cycles"."""
+    """(values, counts) of the "peaks" or "cycles" of a series in a sample."""
     values, counts = sample[kept].get(label, ([], []))
     return np.array(values, dtype=float), np.array(counts, dtype=float)
 
 
 class Damage(NamedTuple):
-    """Miner sum of the cycles of a run, and by which curve, in words."""
+    """Miner sum of the cycles of a run, and its curve in words."""
 
     sum: float
     curve: str
 
 
-#: Ages at which the damage of a chain that corrodes is taken.
+#: Number of ages at which the damage of a corroding chain is evaluated.
 AGES = 2001
 
 
 @dataclass(frozen=True)
 class Fatigue:
-    """Curve of fatigue, in place of those that the scenes give their lines; and what equivalent loads refer to.
+    """Fatigue curve that overrides those of the scenes' lines, and reference of equivalent loads.
 
-    exponent, frequency [Hz]: of the equivalent load.  curve: as in a scene.  constant: of N = constant S^-exponent, S
-    the range in N; corrosion [m], safety_factor: in place of those of [fatigue].  None: as the scene has it.
+    exponent, frequency [Hz]: of the equivalent load.  curve: as in a scene.  constant: of N = constant S^-exponent,
+    with the range S in N; corrosion [m], safety_factor: override those of [fatigue].  None: as in the scene.
     """
 
     exponent: float = 3.0
@@ -210,7 +210,7 @@ class Fatigue:
                 raise InputError(f"curve = {self.curve!r}: {error}.") from None
 
     def equivalent_load(self, sample: dict[str, Any], label: str) -> float:
-        """The constant range that does the same damage at the frequency, (sum n S^m / N)^(1/m) [unit of ranges]."""
+        """Constant range that does the same damage at the frequency, (sum n S^m / N)^(1/m) [unit of ranges]."""
         ranges, counts = pair_of(sample, "cycles", label)
         largest, m = ranges.max(initial=0.0), self.exponent
         if largest == 0:
@@ -219,7 +219,7 @@ class Fatigue:
         return float(largest * (np.sum(counts * (ranges / largest) ** m) / number) ** (1 / m))
 
     def power_sum(self, sample: dict[str, Any], label: str) -> float:
-        """sum n S^m."""
+        """Sum of n S^m."""
         ranges, counts = pair_of(sample, "cycles", label)
         return float(np.sum(counts * ranges**self.exponent))
 
@@ -229,10 +229,10 @@ class Fatigue:
         return float(own if self.safety_factor is None else self.safety_factor)
 
     def life(self, sample: dict[str, Any], label: str, yearly: float) -> float:
-        """Years until the Miner sum of a tension is 1; yearly: damage in the first of them.  nan without damage.
+        """Years until the Miner sum of a tension is 1; yearly: damage in the first year.  nan without damage.
 
-        The bar of a chain that corrodes at a rate r does (R(c)/R(c + r t))^m times the damage after t years, with
-        the reference R of its curve; at the latest its life ends when nothing of the bar is left.
+        If the bar of a chain corrodes at a rate r, the damage rate after t years is (R(c)/R(c + r t))^m times the
+        initial one, with the reference R of its curve; its life ends at the latest when nothing of the bar is left.
         """
         if not yearly > 0:
             return np.nan
@@ -252,7 +252,7 @@ class Fatigue:
     def damage(self, sample: dict[str, Any], label: str) -> Damage | None:
         """Damage by the cycles of a tension; None if it has no curve.
 
-        Raises InputError where the line lacks what the ranges of the curve refer to.
+        Raises InputError if the line lacks the breaking load or steel area to which the ranges of the curve refer.
         """
         if self.constant is not None:
             found = self.power_sum(sample, label) / self.constant
@@ -276,20 +276,19 @@ class Fatigue:
 
 
 def log_constant(curve: Curve, mean: float, reference: float) -> float:
-    """Logarithm of K, by the mean tension [N] if it depends on that; a line that is pushed has none."""
+    """Logarithm of K at the mean tension [N], if it depends on that; compression counts as zero tension."""
     return curve.log_constant + curve.by_mean * max(mean, 0.0) / reference
 
 
 def _in_words(curve: Curve, reference: float, corrosion: float) -> str:
-    """The curve and what its ranges refer to."""
+    """Words for the curve and the reference of its ranges."""
     words = {"MBL": f", ranges over {reference / 1e3:.5g} kN", "MPa": f", ranges over {reference:.5g} mm²"}
     thinner = f", bar thinner by {1e3 * corrosion:g} mm" if corrosion and curve.bar else ""
     return f"{curve.name}{words.get(curve.unit, '')}{thinner}"
 
 
 def lives(sample: dict[str, Any], fatigue: Fatigue | None = None) -> dict[str, float]:
-    """Years until the Miner sum of each tension with a curve is 1, if the time that counts came again and again; inf
-    without damage."""
+    """Years until the Miner sum of each tension with a curve is 1, if the run is repeated; inf without damage."""
     how, found = fatigue or Fatigue(), {}
     for label in sample["cycles"]:
         if (damage := how.damage(sample, label)) is not None:
@@ -299,7 +298,7 @@ def lives(sample: dict[str, Any], fatigue: Fatigue | None = None) -> dict[str, f
 
 
 def lives_of(record: xr.Dataset, scene: Scene) -> tuple[dict[str, float], float, float]:
-    """(`lives` of a run, their safety factor, the time that counts [s]); empty without curves, or in the ramp."""
+    """(`lives` of a run, their safety factor, the counted time [s]); empty without curves, or within the ramp."""
     curved = any(
         curve_on(piece.section, scene.fatigue, linked) for piece in scene.network.pieces for linked in (False, True)
     )

@@ -1,8 +1,8 @@
-"""Scalar series of a record, and what is read off one of them: moments, periods, peaks, rainflow ranges.
+"""Scalar series of a record, and their statistics: moments, periods, peaks, rainflow ranges.
 
-Labels: "tension_top of port", "buoy_position_z of buoy"; of a series that belongs to no cable or buoy its name alone.
-Peaks are the highest values between two upward crossings of the mean.  Rainflow counting follows ASTM E1049-85, by the
-package `rainflow`.  Peaks and ranges come as two arrays, values and counts: a half cycle counts 0.5.
+Labels: "tension_top of port", "buoy_position_z of buoy"; the name alone for a series that belongs to no part.  Peaks
+are the highest values between two up-crossings of the mean.  Rainflow counting follows ASTM E1049-85 (package
+`rainflow`).  Peaks and ranges are returned as two arrays, values and counts: a half cycle counts 0.5.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
     from .labelled import Variable
 
-#: Seconds for which a level has to be exceeded to count as lasting.
+#: Time for which a level must be exceeded to count as lasting [s].
 LASTING = 1.0
-#: Dimensions of a record over its parts, and what stands before the name of a part in a label.
+#: Dimensions of a record over its parts, and the text before the name of a part in a label.
 OF = ("cable", "buoy", "attachment", "anchor", "segment", "joint", "place", "take_off", "winch", "vessel")
 OF_PART = " of "
-#: Units of numbers that are not in the unit of their series.
+#: Units of statistics that do not have the unit of their series.
 UNITS = {
     "skewness": "1",
     "period": "s",
@@ -41,7 +41,7 @@ UNITS = {
     "damage": "1",
     "life": "year",
 }
-#: What numbers are called where their names are no words.
+#: Words for statistics whose names are not words.
 WORDS = {
     "m0": "variance m0",
     "Hs": "significant height 4 sqrt(m0)",
@@ -54,9 +54,9 @@ WORDS = {
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Values x at instants t [s]; noise: the size of what may be rounding [unit of x].
+    """Values x at instants t [s]; noise: amplitude that may be rounding error [unit of x].
 
-    Moments are over time (trapezoidal rule), whatever the steps.  What there is not, is nan.
+    Moments are over time (trapezoidal rule), for any step sizes.  Undefined statistics are nan.
     """
 
     label: str
@@ -74,7 +74,7 @@ class Series:
 
     @cached_property
     def standard_deviation(self) -> float:
-        """0 of what is constant but for rounding."""
+        """Standard deviation; 0 for a constant with rounding errors."""
         found = math.sqrt(self._average((self.x - self.mean) ** 2))
         return 0.0 if found <= 4 * np.finfo(float).eps * abs(self.x).max() else found
 
@@ -94,9 +94,9 @@ class Series:
 
     @property
     def lasting_maximum(self) -> float:
-        """Highest level above which it stays for LASTING seconds; nan of a shorter series.
+        """Highest level exceeded for LASTING seconds without interruption; nan for a shorter series.
 
-        Linear between the instants; by bisection, to rounding, so that runs of neighbours have its derivative.
+        Linear between instants; bisected down to rounding, so that derivatives can be taken by finite differences.
         """
         if self.t[-1] - self.t[0] < LASTING:
             return math.nan
@@ -107,7 +107,7 @@ class Series:
         return low
 
     def _longest_above(self, level: float) -> float:
-        """Longest time for which it is above a level [s]."""
+        """Longest time above a level without interruption [s]."""
         t, above = self.t, self.x - level
         turns = np.flatnonzero(np.diff(above >= 0))
         instants = t[turns] - above[turns] * (t[turns + 1] - t[turns]) / (above[turns + 1] - above[turns])
@@ -116,7 +116,7 @@ class Series:
 
     @property
     def period(self) -> float:
-        """Mean time between two upward crossings of the mean [s]."""
+        """Mean time between up-crossings of the mean [s]."""
         t, x, rows = self.t, self.x, self._up_crossings
         if len(rows) < 2:
             return math.nan
@@ -128,9 +128,9 @@ class Series:
     def dominant_period(self) -> float:
         """Period of the largest oscillation in the second half of the run [s].
 
-        The largest peak of the Fourier amplitudes between one period in that half and two samples, then least squares
-        for trend, cosine and sine at a free frequency: exact for a sinusoid on a trend, at any steps.  Amplitudes below
-        the noise do not count.
+        The largest Fourier amplitude between one period in that half and two samples, refined by least squares for
+        trend, cosine and sine at a free frequency: exact for a sinusoid on a trend, at any steps.  Amplitudes below the
+        noise do not count.
         """
         late = self.t >= 0.5 * (self.t[0] + self.t[-1])
         t, x = self.t[late] - self.t[-1], self.x[late]
@@ -149,9 +149,9 @@ class Series:
 
     @property
     def memory(self) -> float:
-        """2 pi int S^2 dw/m0^2 [s]: the variance of a Gaussian process over T scatters by sqrt(memory/T) of itself.
+        """2 pi int S^2 dw/m0^2 [s]: the variance of a Gaussian process over T has a relative scatter of sqrt(memory/T).
 
-        A periodogram scatters by as much as its mean: half the sum of its squares stands for int S^2 dw.
+        A periodogram scatters by as much as its mean, so that half the sum of its squares estimates int S^2 dw.
         """
         grid = np.linspace(self.t[0], self.t[-1], len(self.t))
         power = np.abs(np.fft.rfft(np.interp(grid, self.t, self.x - self.x.mean()))) ** 2
@@ -166,7 +166,7 @@ class Series:
         return found, np.ones(len(found))
 
     def ranges(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """(rainflow ranges, rising, and their cycles); the residue counts half."""
+        """(rainflow ranges in increasing order, their cycle counts); the residue counts as half cycles."""
         try:
             from rainflow import count_cycles  # the only place that needs it
         except ImportError:
@@ -182,7 +182,7 @@ class Series:
 
     @cached_property
     def _up_crossings(self) -> NDArray[Any]:
-        """Rows, each the last one below the mean before one on or above it; none in what is noise."""
+        """Last rows below the mean before rows on or above it; none in noise."""
         if len(self.x) < 2 or np.ptp(self.x) <= 2 * self.noise:
             return np.zeros(0, dtype=int)
         above = self.x >= self.mean
@@ -196,13 +196,13 @@ def mean_over_time(t: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
 
 
 def unwrapped(record: xr.Dataset, name: str) -> NDArray[Any]:
-    """Values of a variable over time; of an angle [degree] without the jump where it turns on over 180."""
+    """Values of a variable over time; an angle [degree] is unwrapped at 180."""
     values = record[name].values
     return np.unwrap(values, period=360, axis=0) if name in QUANTITIES and QUANTITIES[name].turning else values
 
 
 def series_of(record: xr.Dataset) -> Iterator[Series]:
-    """Every scalar series of a record and every component of another.  Angles turn on over 180 degrees."""
+    """All scalar series of a record, and all components of the others.  Angles are unwrapped at 180 degrees."""
     for name, variable in record.data_vars.items():
         if variable.dims[:1] != ("time",) or (name in QUANTITIES and QUANTITIES[name].effort):
             continue
@@ -215,7 +215,7 @@ def series_of(record: xr.Dataset) -> Iterator[Series]:
 
 
 def begun(record: xr.Dataset) -> Iterator[Series]:
-    """Numbers read off the beginning of a run as series, the one number at both ends of the time."""
+    """Quantities read at the beginning of a run as series, with the same value at both ends of the time."""
     for name, variable in record.data_vars.items():
         if name in QUANTITIES and QUANTITIES[name].over == "" and QUANTITIES[name].read:
             parts = record[QUANTITIES[name].kind].values.astype(str)
@@ -226,15 +226,15 @@ def begun(record: xr.Dataset) -> Iterator[Series]:
 def _fitted(
     known: NDArray[Any], t: NDArray[Any], window: NDArray[Any], phase: NDArray[Any]
 ) -> tuple[NDArray[Any], float]:
-    """Least squares of x for constant, trend, cosine and sine, and the change of frequency that would lower the rest.
+    """Least-squares fit of x by constant, trend, cosine and sine, and the change of frequency that lowers the residual.
 
-    Rows of the triangular factor stand for those of all instants: the last of them for what the fit leaves over.
+    The triangular factor of a QR decomposition replaces the rows of all instants; its last rows hold the residual.
     """
     (one, trend, x), cos, sin = known, np.cos(phase), np.sin(phase)
     columns = np.array([one, trend, window * cos, window * sin, t * cos, t * sin, x])
     R: Any = np.linalg.qr(columns.T, mode="r")
     fit = np.linalg.lstsq(R[:4, :4], R[:4, 6], rcond=None)[0]
-    slope = 2 * np.pi * (fit[3] * R[4:, 4] - fit[2] * R[4:, 5])  # of the fit, by frequency
+    slope = 2 * np.pi * (fit[3] * R[4:, 4] - fit[2] * R[4:, 5])  # derivative of the fit by frequency
     return fit, slope @ R[4:, 6] / (slope @ slope)
 
 
@@ -249,7 +249,7 @@ def _peak(t: NDArray[Any], x: NDArray[Any]) -> float:
 
 
 class Place(NamedTuple):
-    """A label taken apart: name of the series, dimension and name of its part (None and "" of none)."""
+    """Components of a label: name of the series, dimension and name of its part (None and "" without one)."""
 
     name: str
     dimension: str | None
@@ -263,7 +263,7 @@ def place_of(label: str) -> Place:
 
 
 def spoken(label: str) -> str:
-    """A label in words; that of a place is the place."""
+    """A label in words; for a tension at a place, the place."""
     return label.removeprefix(f"place_tension{OF_PART}").replace("_", " ")
 
 
@@ -274,7 +274,7 @@ def described(label: str) -> tuple[str, str]:
 
 
 class Columns:
-    """Numbers by label as variables by name, over the dimension of what they are of.
+    """Converts numbers by label to variables by name over the dimension of their parts.
 
     names: {dimension: names of its parts, in the order of the labels}.
     """
@@ -289,7 +289,7 @@ class Columns:
     def variables(
         self, columns: Mapping[str, Any], ending: str, words: str, dims: tuple[str, ...], unit: str | None = None
     ) -> dict[str, Variable]:
-        """{name_ending: (dimensions, array, attributes)}; the part's dimension is the second.  unit: if another one."""
+        """{name_ending: (dimensions, array, attributes)}, the part's dimension second; unit: if not the series' own."""
         found = {}
         for label, column in columns.items():
             (name, dimension, part), column = place_of(label), np.asarray(column, dtype=float)
@@ -306,8 +306,8 @@ class Columns:
     def table(
         self, rows: list[dict[str, dict[str, float]]], numbers: Iterable[str], dim: str, complete: bool = True
     ) -> dict[str, Variable]:
-        """<series>_<number> over `dim` of rows {label: {number: value}}; nan where a row has none, and without
-        `complete` no variable where all have none."""
+        """<series>_<number> over `dim` from rows {label: {number: value}}; nan where a row has none.
+        complete: if False, variables that no row has are left out."""
         data: dict[str, Variable] = {}
         for number in numbers:
             columns = {label: [row.get(label, {}).get(number) for row in rows] for label in self.labels}
@@ -320,8 +320,8 @@ class Columns:
 def each_series(
     dataset: xr.Dataset, statistic: str, chosen: Iterable[str] | None = None
 ) -> list[tuple[str, str, xr.Dataset]]:
-    """(name, with its part if there are several; name; what the dataset has of it, without the part's dimension) of all
-    series of which there is this statistic, or of those chosen, in their order."""
+    """(label, name, its part of the dataset) of all series with this statistic, or of those chosen, in their order.
+    The label includes the part if there are several; the dataset is without the dimension of the part."""
     found, ending = [], f"_{statistic}"
     names = [str(v).removesuffix(ending) for v in dataset.data_vars if str(v).endswith(ending)]
     for name in names if chosen is None else [name for name in chosen if name in names]:

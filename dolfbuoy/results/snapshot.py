@@ -1,4 +1,4 @@
-"""A picture of the whole system at one instant: lines, joints, hulls, bed, water and its velocity, forces, masses."""
+"""Picture of the whole system at an instant: lines, joints, hulls, bed, water and its velocity, forces, masses."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
     from ..scene.sections import Scene
     from .frame import Frame, Mark
 
-#: Of several lines, in turn; with more of them than these the legend does not name them.
+#: Colours of lines, in turn; if there are more lines than colours, the legend does not name them.
 LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]
-#: Several lines are drawn from above too if they are wider than this share of their length.
+#: Several lines are also drawn from above if their width exceeds this fraction of their length.
 WIDE = 0.02
-#: From where all is seen [deg] over the horizon.
+#: Elevation of the viewer above the horizon [deg].
 ELEVATION = 14
 
 
 @figure_of()
 def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Figure:
-    """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
-    the buoy with the forces on it, several lines from above.  Lengths have equal scale in all directions; over each
-    panel an arrow of known speed, in the legend the scale of forces."""
+    """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last).
+    As a whole, and around the buoy with the forces on it; several lines also from above.  All directions have the same
+    scale; above each panel is an arrow of known speed, in the legend the scale of forces."""
     now = Frames(record, scene).at(time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
     from_above = len(now.run.spans) > 1 and np.ptp(now.x[:, :2], axis=0).min() > WIDE * np.ptp(now.x, axis=0).max()
@@ -59,7 +59,7 @@ def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Fig
 
 
 def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> None:
-    """Title, panels, legend, from above; the figure becomes as high as they need."""
+    """Arrange title, panels and legend from top to bottom, and set the figure's height to fit."""
     columns = _columns([entry.get_label() for entry in entries], figure.get_figwidth())
     words = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
     lines = textwrap.wrap(", ".join(words), int(15 * figure.get_figwidth()))
@@ -70,7 +70,7 @@ def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> Non
 
 
 def _whole(now: Frame) -> NDArray[Any] | None:
-    """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
+    """Box (2, 3) of lower and upper corners around everything; None for a single buoy without a line."""
     if now.alone and not len(now.x):
         return None
     points = now.points
@@ -90,7 +90,7 @@ def _whole(now: Frame) -> NDArray[Any] | None:
 
 
 def _detail(now: Frame) -> NDArray[Any] | None:
-    """Box around the buoy; None without one, or of several lines or buoys."""
+    """Box around the buoy; None without a buoy, or with several lines or buoys."""
     if not now.alone or not now.buoys:
         return None
     (buoy,) = now.buoys
@@ -100,7 +100,7 @@ def _detail(now: Frame) -> NDArray[Any] | None:
 
 
 def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """Everything but forces, from back to front, each with its place in the legend."""
+    """Draw everything but forces, from back to front, each with a legend entry."""
     if now.scene.sea:
         _draw_bed(axes, now, box, legend)
         _draw_velocity(axes, now, box, legend)
@@ -124,9 +124,9 @@ FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "moori
 def _draw_forces(
     axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any], finer: Any = None
 ) -> None:
-    """Forces that push the buoys, and to a scale of its own the one that holds one; of several only the lines show.
+    """Draw external forces on the buoys and, if there is only one, the mooring force to its own scale.
 
-    finer: box of a finer panel, which has all but those on vessels outside it.
+    finer: box of a finer panel, which shows all forces but those on vessels outside it.
     """
     pulls = now.arrows("pulls") if finer is None else []
     for arrows in (now.arrows("outside", box, finer), pulls if len(pulls) == 1 else []):
@@ -155,8 +155,7 @@ def _colored(now: Frame) -> list[tuple[str, list[NDArray[Any]], str]]:
 
 
 def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
-    """The lines, each with its name if there are not too many, dotted where the box cuts them off; what of them is
-    below the bed is set off."""
+    """Draw the lines, named if not too many, dotted where the box cuts them off; highlight parts below the bed."""
     named, tension = len(now.run.spans) <= len(LINES), _tension(now)
     for name, pieces, color in _colored(now):
         label = f"{name}{tension}" if named else "cables"
@@ -171,7 +170,7 @@ def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]
 
 
 def _draw_below_bed(axes: Any, now: Frame, x: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """The part of a line below the bed in red, and down to it a curtain from the bed."""
+    """Draw the part of a line below the bed in red, with a curtain from the bed down to it."""
     bed = now.bed
     x = _crossing(x, bed)
     under = x[:, 2] <= bed
@@ -185,7 +184,7 @@ def _draw_below_bed(axes: Any, now: Frame, x: NDArray[Any], legend: dict[str | t
         legend["below"] = Line2D([], [], color=COLORS["red"], lw=1.6, label=label)
 
 
-#: Symbol, size, colour and words of joints: held, without a body, heavier and lighter than water.
+#: Symbol, size, colour and words of held ends, joints, clumps, floats and winches.
 JOINTS = {
     "fixed": ("s", 3.5, COLORS["ink"], "held end"),
     "prescribed": ("s", 3.5, COLORS["ink"], "held end"),
@@ -197,7 +196,7 @@ JOINTS = {
 
 
 def _draw_marks(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
-    """Joints, and ends that are held; in the sea those that stay where they are are anchors."""
+    """Draw joints and held ends; in the sea, fixed ends are called anchors."""
     for mark, place in _marked(now):
         if ((place > box[0] - 1e-9) & (place < box[1] + 1e-9)).all():
             symbol, size, color, words = JOINTS[mark.kind]
@@ -208,12 +207,12 @@ def _draw_marks(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]
 
 
 def _marked(now: Frame) -> list[tuple[Mark, NDArray[Any]]]:
-    """(mark, place) of what has a symbol; a free end has none."""
+    """(mark, position) of all marks with a symbol; a free end has none."""
     return [(mark, now.x[mark.node]) for mark in now.run.marks if mark.kind in JOINTS]
 
 
 def _draw_devices(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
-    """Take-offs, thick in the middle."""
+    """Draw take-offs, thick in the middle."""
     for device in now.run.devices:
         ends = _inside(device.at(now), box)
         if len(ends):
@@ -224,7 +223,7 @@ def _draw_devices(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, An
 
 
 def _draw_plan(axes: Any, now: Frame) -> None:
-    """All from above: lines, with their names where the legend leaves them out, joints, hulls."""
+    """Draw the plan view: lines, named if the legend does not name them, joints, hulls."""
     for name, pieces, color in _colored(now):
         for nodes in pieces:
             axes.plot(*nodes[:, :2].T, color=color, lw=1.2)
@@ -244,7 +243,7 @@ def _draw_plan(axes: Any, now: Frame) -> None:
 
 
 def _draw_velocity(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
-    """Arrows in the vertical plane through the buoy, or the middle of the cable; over the box one of known speed."""
+    """Draw velocity arrows in the vertical plane through the buoy or the box centre, and one of known speed above."""
     causes = [name for name in ("waves", "current") if getattr(now.scene, name)]
     if not causes:
         return
@@ -261,7 +260,7 @@ def _draw_velocity(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, A
 
 
 def _draw_key(axes: Any, box: NDArray[Any], along: NDArray[Any], speed: float, scale: float) -> None:
-    """An arrow of this speed in the direction of the water's motion, over the wall at the back."""
+    """Draw an arrow of this speed in the direction of the water's motion, above the back wall."""
     span, arrow = np.ptp(box, axis=0).max(), along * speed / scale
     middle = np.array([box[:, 0].mean(), box[1, 1], box[1, 2] + 0.06 * span])
     axes.quiver(*middle - arrow / 2, *arrow, color=COLORS["blue"], lw=0.9, arrow_length_ratio=0.35)
@@ -272,7 +271,7 @@ def _draw_key(axes: Any, box: NDArray[Any], along: NDArray[Any], speed: float, s
 
 
 def _plane(now: Frame, box: NDArray[Any]) -> tuple[NDArray[Any], float]:
-    """Points under water in the plane of the waves through the buoy, and their distance."""
+    """Points under water in the plane of the waves through the buoy, and their spacing."""
     middle = (box[0] + box[1]) / 2
     through, along = now.buoys[0].r_C if now.alone and now.buoys else middle, heading(now.direction_deg)
     across = np.array([-along[1], along[0], 0.0])
@@ -291,7 +290,7 @@ def _plane(now: Frame, box: NDArray[Any]) -> tuple[NDArray[Any], float]:
 
 
 def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """Water beyond the hulls, hulls, water before them."""
+    """Draw the water behind the hulls, the hulls and vessels, and the water in front."""
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
         x, (e, a) = _water_patches(now, box), np.radians([ELEVATION, clear_azimuth(now.direction_deg)])
         viewer = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
@@ -312,7 +311,7 @@ def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | 
 
 
 def _draw_still_water(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """A line on the walls at the back."""
+    """Draw the still water level as a line on the back walls."""
     if now.scene.waves and box[0, 2] < 0 < box[1, 2]:
         (x0, y0, _), (x1, y1, _) = box
         left, right = (x0, x1) if math.cos(math.radians(clear_azimuth(now.direction_deg))) > 0 else (x1, x0)
@@ -333,7 +332,7 @@ def _water_patches(now: Frame, box: NDArray[Any]) -> Any:
 
 
 def _shaded(patches: NDArray[Any], color: str) -> NDArray[Any]:
-    """Colours of the patches in light from above and one side."""
+    """Colours of the patches, shaded by light from above and one side."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     light = 0.72 + 0.28 * np.abs(normal @ np.array([0.36, -0.48, 0.8]))
@@ -343,7 +342,7 @@ def _shaded(patches: NDArray[Any], color: str) -> NDArray[Any]:
 
 
 def _inside(x: NDArray[Any], box: NDArray[Any]) -> Any:
-    """The part of a polyline inside the box, finely divided."""
+    """The part of a polyline inside the box, finely subdivided."""
     if ((x >= box[0]) & (x <= box[1])).all():
         return x
     s = np.linspace(0, len(x) - 1, 200 * (len(x) - 1) + 1)
@@ -352,7 +351,7 @@ def _inside(x: NDArray[Any], box: NDArray[Any]) -> Any:
 
 
 def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
-    """A polyline with a node wherever it passes a height."""
+    """A polyline with a node added wherever it crosses a height."""
     above = x[:, 2] > z
     passed = np.flatnonzero(above[:-1] != above[1:])
     a, b = x[passed], x[passed + 1]
@@ -362,7 +361,7 @@ def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
 
 
 def _tension(now: Frame) -> str:
-    """Least and largest of the elements of the only cable."""
+    """Text of the least and largest element tensions, if there is only one cable."""
     if len(now.run.spans) != 1:
         return ""
     unit, factor = force_unit(now.tension)
@@ -380,7 +379,7 @@ def _label_of(name: str, force: NDArray[Any], scale: float, box: NDArray[Any]) -
 
 
 def _columns(labels: list[str], width: float) -> int:
-    """Columns of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
+    """Number of columns of a legend of this width [inch], at most three; letters are about 1/18 inch wide."""
     for columns in (3, 2):
         longest = [max(map(len, part), default=0) for part in np.array_split(labels, columns)]
         if sum(longest) + 8 * columns <= 18 * width:

@@ -1,9 +1,9 @@
 """Statistics of runs that differ in their seed, of several such sets, and of the cases of a sweep.
 
-Runs whose scenes are equal but for `waves.seed` are a set: their cycles and peaks are pooled, and the largest value of
-each is one of the maxima that Gumbel's distribution is fitted to.
+Runs whose scenes are equal but for `waves.seed` form a set: their cycles and peaks are pooled, and a Gumbel
+distribution is fitted to the largest values of the runs.
 
-Samples of runs, read from their records, folders or sweeps, and what makes runs a set.
+Samples of runs are read from records, folders or sweeps.
 """
 
 import itertools
@@ -36,9 +36,9 @@ from .series import OF_PART, Columns, described, place_of, spoken
 
 @dataclass(frozen=True)
 class Run:
-    """A sample, the name of its run, what makes runs a set, and what the cases of a sweep change but for the seed.
+    """Name and sample of a run, the key of its set, and the changes of a case of a sweep other than the seed.
 
-    seconds: of computing.
+    seconds: computing time.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Run:
 
 
 def runs_of(sources: Iterable[Any], start: float | None = None, point: Sequence[float] | None = None) -> list[Run]:
-    """Runs of records, of folders of runs, and of folders of sweeps, whose cases are runs each.  Raises InputError."""
+    """Runs from records, folders of runs, and folders of sweeps, of which each case is a run.  Raises InputError."""
     found = []
     for k, source in enumerate(sources):
         if not isinstance(source, xr.Dataset) and (Path(source) / "cases").is_dir():
@@ -64,7 +64,7 @@ def runs_of(sources: Iterable[Any], start: float | None = None, point: Sequence[
 
 
 def _cases_in(folder: Path) -> list[Run]:
-    """Runs of a sweep; those that failed, or end in their ramp, are left out."""
+    """Runs of a sweep, without those that failed or end within their ramp."""
     found = []
     for result in store_in(folder).results():
         if result and result.get("sample"):
@@ -80,7 +80,7 @@ def _cases_in(folder: Path) -> list[Run]:
 def run_of(
     source: xr.Dataset | str | Path, number: int = 0, start: float | None = None, point: Sequence[float] | None = None
 ) -> Run:
-    """Run of a record, or of the folder of one.  Raises InputError."""
+    """Run from a record, or from the folder of one.  Raises InputError."""
     if isinstance(source, xr.Dataset):
         record, name = source, f"run {number}"
     elif (Path(source) / "results.nc").is_file():
@@ -96,7 +96,7 @@ def run_of(
 
 
 def set_of(scene: Scene) -> str:
-    """Equal for scenes that differ in their seed only."""
+    """Key of a set: equal for scenes that differ only in their seed."""
     data = scene.to_dict()
     data.pop("title", None)
     data.get("waves", {}).pop("seed", None)
@@ -119,12 +119,12 @@ def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def _in_words(judged: list[Verdict]) -> dict[str, str]:
-    """Attribute with the rows of what governs of each criterion, if there is any."""
+    """Attribute with the row of the governing part for each criterion, if there is any."""
     return {"criteria": json.dumps([one.row() for one in governing(judged)])} if judged else {}
 
 
 def _judged(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The criterion that governs each case, and what is left of its limit (negative: it is missed)."""
+    """The governing criterion of each case, and its margin in per cent of the limit (negative: not met)."""
     every = [governing(over_cases([("", row)])) for row in rows]
     worst = [min(found, key=lambda one: one.use, default=None) for found in every]
     if not any(worst):
@@ -138,7 +138,7 @@ def _judged(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _lasting_least(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The shortest life by fatigue of each case, if its time came again and again, and where."""
+    """The shortest fatigue life of each case, if its counted time is repeated, and the place."""
     every = [{label: one["life"] for label, one in row["statistics"].items() if "life" in one} for row in rows]
     if not any(every):
         return {}
@@ -164,22 +164,22 @@ def statistics(
     point: Sequence[float] | None = None,
     **fatigue: Any,
 ) -> xr.Dataset:
-    """Statistics of runs, the ramp left out: a dataset over `run` and `set`, see `together`.
+    """Statistics of runs without the ramp: a dataset over `run` and `set`, see `together`.
 
-    runs: records, folders of runs or of sweeps, or one of them.  start [s], point [m]: see `sample_of`, not of sweeps.
-    fatigue: the fields of Fatigue.  Raises InputError for a folder without a run, a run that ends in the ramp, or a bad
-    number.
+    runs: records, folders of runs or of sweeps, or one of these.  start [s], point [m]: see `sample_of`, not for
+    sweeps.  fatigue: the fields of Fatigue.  Raises InputError for a folder without a run, a run that ends in the ramp,
+    or a bad number.
     """
     runs = [runs] if isinstance(runs, xr.Dataset | str | Path) else list(runs)
     return together(runs_of(runs, start, point), Fatigue(**fatigue))
 
 
 def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
-    """Over `run` and, if it is of one, `cable` or `buoy`: <series>_<number> of NUMBERS, of runs with error
-    bars <series>_maximum_bar and so on, <series>_equivalent_load,
-    <series>_damage.  Over `set` and the same: the circle of offsets, <series>_most_probable (.., bound) of 3 h, and u
-    and b of its distribution.  <series>_peak, with _peak_exceedance, and <series>_range, with _range_count: pooled over
-    the set that _peak_set and _range_set number, of the cable or buoy that _peak_cable, ... names.
+    """Dataset of statistics over `run` and `set` and, for series of a part, over `cable`, `buoy`, ...
+
+    Over `run`: <series>_<number> of NUMBERS, _equivalent_load, _damage and, with error bars, _maximum_bar and so on.
+    Over `set`: the circle of offsets, <series>_most_probable (.., bound) of 3 h, and u and b of its distribution.
+    Pooled: <series>_peak with _peak_exceedance and <series>_range with _range_count, by _peak_set, _peak_cable, ...
     """
     names = list(dict.fromkeys(run.set for run in runs))
     sets, member = [[run for run in runs if run.set == name] for name in names], [names.index(run.set) for run in runs]
@@ -236,12 +236,12 @@ def labels_of(runs: list[Run], kept: str) -> list[str]:
     return list(dict.fromkeys(label for run in runs for label in run.sample[kept]))
 
 
-#: Numbers of some series: of elevations, whose mean periods are among NUMBERS, and of what has cycles.
+#: Statistics of some series only: of elevations, and of series with cycles.
 FURTHER = ("m0", "Hs", "equivalent_load", "damage", "life")
 
 
 def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) -> list[dict[str, dict[str, float]]]:
-    """FURTHER of each run, damage of what has a curve; curves in words, and the series of each, are noted."""
+    """FURTHER of each run, with damage for series with a curve; adds the series of each curve to `curves`."""
     rows: list[dict[str, dict[str, float]]] = []
     for sample in (run.sample for run in runs):
         deviations = {label: numbers["standard_deviation"] for label, numbers in sample["series"].items()}
@@ -257,7 +257,7 @@ def _further(runs: list[Run], fatigue: Fatigue, curves: dict[str, list[str]]) ->
 
 
 def _age(runs: list[Run], member: Any, rows: list[dict[str, dict[str, float]]], fatigue: Fatigue) -> None:
-    """Add the life of what corrodes, by the damage of all runs of its set, to the rows of `_further`."""
+    """Add the life of corroding lines, from the damage of all runs of their set, to the rows of `_further`."""
     for one in set(member):
         mine = [k for k, number in enumerate(member) if number == one]
         if not any(runs[k].sample.get("fatigue", {}).get("corrosion_rate") for k in mine):
@@ -272,7 +272,7 @@ def _age(runs: list[Run], member: Any, rows: list[dict[str, dict[str, float]]], 
 
 
 def curves_in_words(curves: dict[str, list[str]]) -> list[str]:
-    """A sentence about each curve of fatigue."""
+    """A sentence about each fatigue curve."""
     found = []
     for curve, every in curves.items():
         labels = list(dict.fromkeys(every))
@@ -292,14 +292,14 @@ def shortest_life(labels: list[str], lives: list[float], factor: float) -> list[
 
 
 def exceedance(values: NDArray[Any], counts: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """(values, falling, and the probability that a peak is as high or higher): i/(N + 1) for the i-th of N."""
+    """(values in decreasing order, probability that a peak is as high or higher): i/(N + 1) for the i-th of N."""
     order = np.argsort(values)[::-1]
     above = np.cumsum(counts[order])
     return values[order], above / (above[-1] + 1) if len(above) else above
 
 
 def _pools(sets: list[list[Run]], kept: str, ending: str, other: str, words: tuple[str, str]) -> dict[str, Any]:
-    """Peaks or cycles of the runs of each set, one set and one part after the other, numbered by _set and named."""
+    """Peaks or cycles pooled over the runs of each set, with the number of the set and the name of the part."""
     data: dict[str, Variable] = {}
     by_name: dict[str, list[tuple[Any, ...]]] = {}
     for label in labels_of([run for runs in sets for run in runs], kept):
@@ -321,7 +321,7 @@ def _pools(sets: list[list[Run]], kept: str, ending: str, other: str, words: tup
 
 
 def _circles(sets: list[list[Run]], buoys: list[str]) -> dict[str, Any]:
-    """The smallest circle around the tracks of each set, anywhere and about the anchor; the hulls of the tracks."""
+    """The smallest circles around the tracks of each set, free and about the anchor, and the tracks' convex hulls."""
     tracks = {}
     for (k, runs), buoy in itertools.product(enumerate(sets), buoys):
         corners = [point for run in runs for point in run.sample.get("corners", {}).get(buoy, [])]
@@ -351,7 +351,7 @@ def _circles(sets: list[list[Run]], buoys: list[str]) -> dict[str, Any]:
 
 
 def gumbels(runs: list[Run], label: str) -> tuple[Gumbel, float]:
-    """(Gumbel's distribution of the largest values of the runs of one set, length of a run [s]).  Raises InputError."""
+    """(Gumbel distribution of the largest values of the runs of a set, length of a run [s]).  Raises InputError."""
     lengths = np.array([run.sample["duration"] for run in runs])
     if np.ptp(lengths) > 1e-6 * lengths.max():
         raise InputError("the runs are not equally long, and their largest values not of one distribution")
@@ -361,7 +361,7 @@ def gumbels(runs: list[Run], label: str) -> tuple[Gumbel, float]:
 
 
 def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], list[str]]:
-    """(variables over set, sentences about what there is not)."""
+    """(variables over `set`, sentences about extremes that cannot be given)."""
     found: dict[str, NDArray[Any]] = {}
     reasons: dict[str, list[tuple[int, str]]] = {}
     data: dict[str, Variable] = {}

@@ -1,4 +1,4 @@
-"""Figures of the statistics of runs: exceedance of peaks, rainflow ranges, extremes, and where the buoy goes."""
+"""Figures of the statistics of runs: exceedance of peaks, rainflow ranges, extremes, and tracks of the buoy."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -26,12 +26,12 @@ from .style import (
 )
 from .tables import unit_of
 
-#: Sets that colours can tell apart; of more only these, the first ones, are drawn.
+#: Most sets drawn, as colours must tell them apart; further ones are left out.
 MOST_SETS = len(PALETTE)
 
 
 def draw_all(statistics: xr.Dataset, folder: Path) -> list[Path]:
-    """Every figure that there is data for, as folder/NAME.png and .svg; returns the files."""
+    """Draw every figure with data, as folder/NAME.png and .svg; returns the files."""
     written = []
     for name, draw in FIGURES.items():
         with matplotlib.rc_context(STYLE):
@@ -46,8 +46,8 @@ def _sets(statistics: xr.Dataset) -> Any:
 
 
 def _panels(statistics: xr.Dataset, needs: str) -> tuple[Figure, list[tuple[Any, str, str, float, xr.Dataset]]]:
-    """(figure, [(axes, name, text of the axis, factor to its unit, what there is of it)]) of what is shown, of every
-    cable and buoy, if there is what it needs, an ending; (None, []) if there is nothing."""
+    """(figure, [(axes, name, axis label, factor to its unit, its part of the dataset)]) of all series shown.
+    needs: ending of a variable that a series must have; (None, []) if none has it."""
     series = each_series(statistics, "maximum", shown_in("statistics figure"))
     series = [
         (label, name, one) for label, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size
@@ -68,7 +68,7 @@ def _panels(statistics: xr.Dataset, needs: str) -> tuple[Figure, list[tuple[Any,
 
 
 def exceedance(statistics: xr.Dataset) -> Figure:
-    """Probability that a peak is higher, and Rayleigh's of a narrow-banded Gaussian process."""
+    """Exceedance probability of peaks, and the Rayleigh distribution of a narrow-band Gaussian process."""
     figure, panels = _panels(statistics, "_peak")
     for axes, name, text, factor, statistics in panels:
         for k in _sets(statistics):
@@ -88,7 +88,7 @@ def exceedance(statistics: xr.Dataset) -> Figure:
 
 
 def _with_legend(figure: Figure, panels: list[tuple[Any, str, str, float, xr.Dataset]]) -> Figure:
-    """The figure with the legend of its first panel below, if there is one."""
+    """The figure with the legend of its first panel below, if any."""
     if panels:
         axes, *_, statistics = panels[0]
         handles = axes.get_legend_handles_labels()[0]
@@ -97,7 +97,7 @@ def _with_legend(figure: Figure, panels: list[tuple[Any, str, str, float, xr.Dat
 
 
 def cycles(statistics: xr.Dataset) -> Figure:
-    """Rainflow ranges: how many cycles per hour are as large or larger."""
+    """Rainflow ranges: number of cycles per hour that are as large or larger."""
     figure, panels = _panels(statistics, "_range")
     for axes, name, text, factor, statistics in panels:
         for k in _sets(statistics):
@@ -114,7 +114,7 @@ def cycles(statistics: xr.Dataset) -> Figure:
 
 
 def extremes(statistics: xr.Dataset) -> Figure:
-    """Largest values of the runs on Gumbel's paper, the line fitted to them, and the most probable one of 3 h."""
+    """Largest values of the runs on Gumbel paper, the fitted line, and the most probable value of 3 h."""
     figure, panels = _panels(statistics, "_most_probable")
     for axes, name, text, factor, statistics in panels:
         for k in _sets(statistics):
@@ -132,7 +132,7 @@ def _gumbel_paper(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: 
     reduced = -np.log(-np.log(np.arange(1, len(maxima) + 1) / (len(maxima) + 1)))
     axes.plot(factor * maxima, reduced, "o", ms=3, color=PALETTE[k], label=f"{len(maxima)} runs")
     estimate, low, high = statistics[f"{name}_most_probable"].values[k]
-    rise = (estimate - found.location) / found.scale  # ln of 3 h over a run: where its most probable value is
+    rise = (estimate - found.location) / found.scale  # ln(3 h / length of a run): ordinate of the most probable value
     ends = np.array([reduced[0], max(reduced[-1], rise)])
     axes.plot(factor * (found.location + found.scale * ends), ends, "-", lw=0.8, color=PALETTE[k])
     reach = factor * np.array([[estimate - low], [high - estimate]])
@@ -162,5 +162,5 @@ def circle(statistics: xr.Dataset) -> Figure | None:
     return figure
 
 
-#: Name of the files: what draws them; None where there is nothing to draw.
+#: Functions that draw the figures, by file name; they return None if there is nothing to draw.
 FIGURES: dict[str, Callable[..., Any]] = {draw.__name__: draw for draw in (exceedance, cycles, extremes, circle)}

@@ -1,6 +1,6 @@
-"""Style and registry of figures: sizes, colours, figures outside pyplot; each draws a record, or names what it lacks.
+"""Style and registry of figures: sizes, colours, figures outside pyplot, and the decorator of drawing functions.
 
-Whatever draws takes matplotlib from here: it is started elsewhere, without the settings of a stranger's folder.
+All drawing code imports matplotlib from here, where it is loaded without settings from the current folder.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 #: Width of a text column and of a page [inch].
 COLUMN, PAGE = 3.5, 7.0
 
-#: Colours of Okabe and Ito, which the colour-blind can tell apart.
+#: Colours of Okabe and Ito, distinguishable by the colour-blind.
 COLORS = {
     "blue": "#0072B2",
     "red": "#D55E00",
@@ -47,10 +47,10 @@ COLORS = {
     "purple": "#CC79A7",
 }
 
-#: In this order curves take their colours.
+#: Order in which curves take their colours.
 PALETTE = [COLORS[name] for name in ("blue", "red", "green", "orange", "sky", "sand", "ink")]
 
-#: How every figure looks; see `matplotlib.rc_context`.
+#: Settings of all figures; see `matplotlib.rc_context`.
 STYLE = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -78,7 +78,7 @@ STYLE = {
 
 
 class Picture(Figure):  # type: ignore[misc]  # matplotlib has no types
-    """A figure outside pyplot, in this style whoever draws it; a notebook shows it, once, where it ends a cell."""
+    """A figure outside pyplot, always in this style; a notebook shows it once, if it ends a cell."""
 
     def draw(self, renderer: Any) -> None:
         with matplotlib.rc_context(STYLE):
@@ -96,19 +96,19 @@ class Picture(Figure):  # type: ignore[misc]  # matplotlib has no types
 
 
 def new_figure(width: float, height: float, constrained: bool = True) -> Picture:
-    """An empty figure of that size [inch], outside pyplot."""
+    """An empty figure of this size [inch], outside pyplot."""
     figure = Picture(figsize=(width, height), constrained_layout=constrained)
     FigureCanvasAgg(figure)
     return figure
 
 
 def files_of(path: Path, svg: bool = True) -> list[Path]:
-    """path.png, and path.svg if it is wanted."""
+    """path.png, and path.svg if requested."""
     return [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")[: 1 + svg]]
 
 
 def save(figure: Figure, path: Path, svg: bool = True) -> list[Path]:
-    """Write path.png, and path.svg if it is wanted."""
+    """Write path.png, and path.svg if requested; returns the files."""
     files = files_of(path, svg)
     with replacing(files[0]) as part, matplotlib.rc_context(STYLE):
         print_png(figure, part)
@@ -119,7 +119,7 @@ def save(figure: Figure, path: Path, svg: bool = True) -> list[Path]:
 
 
 def print_png(figure: Figure, path: Path) -> None:
-    """Write a PNG as figure.savefig does, which draws all once more before, for the layout; that stands then."""
+    """Write a PNG as figure.savefig does, but without its extra drawing for the layout; fixes the layout."""
     figure.set_dpi(STYLE["savefig.dpi"])
     if (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)
@@ -128,7 +128,7 @@ def print_png(figure: Figure, path: Path) -> None:
 
 
 def keep(figure: Figure, folder: Path, name: str, kind: str = "run", svg: bool = True) -> list[Path]:
-    """Save a figure as folder/figures/name, files of a result of this kind; returns them."""
+    """Save a figure as folder/figures/name, listed as files of a result of this kind; returns them."""
     path = Path(folder) / "figures" / name
     made(Path(folder), "figures")
     enlist(folder, files_of(path, svg), kind)
@@ -136,7 +136,7 @@ def keep(figure: Figure, folder: Path, name: str, kind: str = "run", svg: bool =
 
 
 def plain_ticks(axes: Any) -> None:
-    """Numbers such as 0.2 in the place of powers at logarithmic axes."""
+    """Label logarithmic axes with numbers such as 0.2 instead of powers."""
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -144,19 +144,19 @@ def plain_ticks(axes: Any) -> None:
 
 
 def legend_below(figure: Figure, room: float, ncol: int, handles: list[Any] | None = None) -> None:
-    """The legend of the whole figure below its panels, in so many inches."""
+    """Place the legend of the whole figure below its panels; room: its height [inch]."""
     entries = {} if handles is None else {"handles": handles}
     figure.legend(loc="lower center", ncol=ncol, **entries)
     share = room / figure.get_figheight()
     figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))
 
 
-#: Name of the files: what draws them, from (record, scene); `figure_of` puts a figure in.
+#: Functions of (record, scene) that draw the figures, by file name; registered by `figure_of`.
 FIGURES: dict[str, Any] = {}
 
 
 def figure_of(*needs: str, part: str | None = None) -> Callable[..., Any]:
-    """Decorator of a function that `draws`, which makes it a figure of every run that has the variables."""
+    """Decorator as `draws` that also registers the function, for every run with the variables."""
 
     def register(draw: Any) -> Any:
         FIGURES[draw.__name__] = draws(*needs, part=part)(draw)
@@ -166,11 +166,11 @@ def figure_of(*needs: str, part: str | None = None) -> Callable[..., Any]:
 
 
 def draws(*needs: str, part: str | None = None) -> Callable[..., Any]:
-    """A function (record, scene=None, ...) that draws these variables of a record as a figure.
+    """Decorator that makes a function (record, scene=None, ...) that draws these variables of a record as a figure.
 
-    The scene is by default the one that the record carries.  part: "cable" or "buoy" if it draws one, which then is a
-    keyword too: the name of the one, by default of the only one.  The function raises Missing for a record without the
-    variables, or without that part, TooShort for one that ends too early.
+    The scene defaults to that in the record.  part: "cable" or "buoy" if it draws one; this is then also a keyword for
+    its name, by default that of the only one.  The function raises Missing for a record without the variables or the
+    part, TooShort for one that ends too early.
     """
 
     def decorate(draw: Any) -> Any:
@@ -194,7 +194,7 @@ def draws(*needs: str, part: str | None = None) -> Callable[..., Any]:
 
 
 def _chosen(record: xr.Dataset, part: str, figure: str, name: str | None) -> str:
-    """A name of a record's cables or buoys: this one, or that of the only one."""
+    """Name of the cable or buoy to draw: the given one, or the only one.  Raises Missing."""
     names = names_of(record, part)
     if name not in names and (name is not None or len(names) > 1):
         fault = f"{part} = {name!r} is none" if name is not None else f"give {part}=NAME"
@@ -203,12 +203,12 @@ def _chosen(record: xr.Dataset, part: str, figure: str, name: str | None) -> str
 
 
 def at_least(axes: Any, span: float = 1e-3) -> None:
-    """Keep rounding noise of a constant from filling the panel."""
+    """Widen the axis limits so that the rounding noise of a constant does not fill the panel."""
     low, high = axes.get_ylim()
     if high - low < span:
         axes.set_ylim((low + high) / 2 - span / 2, (low + high) / 2 + span / 2)
 
 
 def legend_above(axes: Any, ncol: int) -> None:
-    """The legend over a panel, from its left."""
+    """Place the legend above a panel, from its left edge."""
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=ncol, borderaxespad=0.1, columnspacing=1.2)

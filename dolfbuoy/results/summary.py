@@ -1,4 +1,4 @@
-"""The table after a run or an equilibrium, and the warnings below it."""
+"""Table printed after a run or an equilibrium, and the warnings below it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
-    """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
+    """(quantity, value, unit) of a record: extremes, effort, and amplitude left by the scheme's damping."""
     network, lines = scene.network, parts_of(record, "cable")
     rows = [row for k, part in enumerate(lines) for row in _named(part, _of_line(part.record, *_ends(network, k)))]
     for part in parts_of(record, "anchor"):
@@ -76,12 +76,12 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     return rows
 
 
-#: Lives that the table of a run shows, the shortest.
+#: Number of lives shown in the table of a run, shortest first.
 MOST_LIVES = 12
 
 
 def life_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
-    """Rows of the shortest lives by fatigue, if a run went on as after its ramp, and over their safety factor."""
+    """Rows of the shortest fatigue lives, if the run went on as after its ramp, also over their safety factor."""
     found, factor, duration = lives_of(record, scene)
     over = f", over safety factor {factor:g}" if factor > 1 else ""
     return [
@@ -100,7 +100,7 @@ def _named(part: Part, rows: Iterable[tuple[str, str, str]]) -> list[tuple[str, 
 
 
 def _mean_power(record: xr.Dataset, scene: Scene) -> tuple[str, str, str]:
-    """Row of the mean absorbed power after the ramp, over whole periods of a regular wave as far as there are any."""
+    """Row of the mean absorbed power after the ramp, over whole periods of a regular wave if there are any."""
     times, power = record.time.values, record.absorbed_power.values
     begin, period = ramp_of(scene), period_of(scene)
     if period and (whole := math.floor((times[-1] - begin) / period + 1 - AFTER)):
@@ -112,18 +112,18 @@ def _mean_power(record: xr.Dataset, scene: Scene) -> tuple[str, str, str]:
 
 
 def _strength(lines: list[Part]) -> list[tuple[str, str, str]]:
-    """Rows of what each line carries of its breaking load, and of its marine growth."""
+    """Rows of the utilisation and marine growth of each line."""
     return [row for part in lines for row in _named(part, [*rows_of(part.record), *_grown(part.record)])]
 
 
 def _ends(network: Network, cable: int) -> tuple[str, str]:
-    """Names of the ends of a cable: what they hang on; the end of the only cable on a buoy is the top."""
+    """Names of the ends of a cable, by what they are attached to; "the top" for the only cable, if on a buoy."""
     low, high = network.ends_of(cable)
     return low, "the top" if len(network.cables) == 1 and high in network.buoys else high
 
 
 def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Rows of what marine growth adds to a cable."""
+    """Rows of the weight, diameter and mass that marine growth adds to a cable."""
     if "growth_weight" not in record:
         return []
     weight, largest = float(record.growth_weight.sum()), (record.growth_diameter.max(), record.growth_mass.max())
@@ -136,17 +136,17 @@ def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
     ]
 
 
-#: Dimensions of the numbers and vectors of an equilibrium that are shown, in the order of the table; "": of the whole.
+#: Dimensions of the quantities of an equilibrium that are shown, in the order of the table; "": of the whole.
 _OF = ("cable", "anchor", "buoy", "take_off", "winch", "vessel", "attachment", "")
 
 
 def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
-    """(quantity, value, unit) of an equilibrium: all numbers and vectors, of several cables or buoys in turn."""
+    """(quantity, value, unit) of an equilibrium: all numbers and vectors, part by part if there are several."""
     network, found = scene.network, []
     for key, variable in record.data_vars.items():
         of = "".join(str(d) for d in variable.dims if d != "xyz")
         names = names_of(record, of)
-        if of not in _OF or (of == "attachment" and len(names) > 1):  # ends of lines, which are there already
+        if of not in _OF or (of == "attachment" and len(names) > 1):  # ends of lines, shown already
             continue
         for k, name in enumerate(names or [""]):
             what = QUANTITIES[str(key)].at_ends if of == "cable" and len(names) > 1 else ""
@@ -180,7 +180,7 @@ _OF_BENDING = "anchor_moment", "end_moment", "touchdown_moment", "min_bend_radiu
 
 
 def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, str]]:
-    """Rows of `summary` of a cable; low, high: what the ends s = 0 and s = L are called."""
+    """Rows of `summary` of a cable; low, high: names of the ends s = 0 and s = L."""
     force = np.linalg.norm(record.anchor_force, axis=-1)
     rows = [
         _range(f"tension at {high}", record.tension_top, *force_unit(record.tension_top)),
@@ -189,16 +189,16 @@ def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, st
     least, largest = minimum(record, "cable_tension").min(), maximum(record, "cable_tension")
     least = 0.0 if -ROUNDING * largest.max() < least < 0 else least
     rows.append(_range("tension of its elements", [least, largest.max()], *force_unit([least, largest.max()])))
-    for row, values in ((1, force), (0, record.tension_top.values)):  # each below its range
+    for row, values in ((1, force), (0, record.tension_top.values)):  # each below its range row
         rows[row + 1 : row + 1] = exceeded(record, values)
     rows.append(("s of the largest", f"{float(record.s_cell[largest.argmax()]):.4g}", "m"))
-    if "largest_curvature" in record and not record.largest_curvature.any():  # it does not bend, others do
+    if "largest_curvature" in record and not record.largest_curvature.any():  # this one does not bend, others do
         record = record.drop_vars(_OF_BENDING, errors="ignore")
     return rows + _declared(record, "cable")
 
 
 def exceeded(record: xr.Dataset, force: NDArray[Any]) -> list[tuple[str, str, str]]:
-    """Row of the level above which a force [N] of each instant stays for LASTING seconds; none of a shorter run."""
+    """Row of the level that a force over time [N] exceeds for LASTING seconds; empty for a shorter run."""
     if math.isnan(level := Series("", record.time.values, force).lasting_maximum):
         return []
     unit, factor = force_unit(force)
@@ -206,7 +206,7 @@ def exceeded(record: xr.Dataset, force: NDArray[Any]) -> list[tuple[str, str, st
 
 
 def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
-    """Ranges of what is declared to be in the table of a run."""
+    """Ranges of the quantities of a part that are declared with a `summary`."""
     rows = []
     for quantity in over("time").values():
         if not quantity.summary or quantity.kind != kind or quantity.name not in record:
@@ -222,7 +222,7 @@ def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
 
 
 def remaining_amplitude(period: float, scene: Scene) -> float:
-    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run, at the scene's step.
+    """Fraction of a free motion's amplitude left by the scheme at the end of the run, at the scene's step.
 
     Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
     """
@@ -231,15 +231,15 @@ def remaining_amplitude(period: float, scene: Scene) -> float:
     return float(abs(factor) ** (time.end / time.step))
 
 
-#: Fraction of the largest tension below which a negative one is rounding, of a slack element.
+#: Fraction of the largest tension below which a negative one counts as rounding error in a slack element.
 ROUNDING = 1e-6
 
-#: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
+#: Number of elements up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
 SHARING_SLOWER_TO = 1_000
 
 
 def sharing_note(scene: Scene, ranks: int) -> str | None:
-    """A sentence if one rank would run this scene faster than so many; None if not."""
+    """A sentence if one rank would run this scene faster than `ranks`, else None."""
     cells = sum(number_of_cells(piece.section.elements) for piece in scene.network.pieces)
     if ranks == 1 or cells > SHARING_SLOWER_TO:
         return None
@@ -250,7 +250,7 @@ def sharing_note(scene: Scene, ranks: int) -> str | None:
 
 
 def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
-    """Sentences about where a run left the range of its model."""
+    """Warnings where a run left the validity range of its model."""
     found = _of_lines(_left, record, scene) + _of_lines(_snaps, record, scene)
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
@@ -262,7 +262,7 @@ def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
 
 
 def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:
-    """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
+    """Warnings about an equilibrium: compressed or slack elements, an unresolved fold, a line below the sea bed."""
     at_once = record.expand_dims("frame") if "cable_position" in record else record
     return (
         _of_lines(_left, at_once, scene)
@@ -274,7 +274,7 @@ def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:
 
 
 def _of_lines(rule: Callable[..., list[str]], record: xr.Dataset, scene: Scene) -> list[str]:
-    """Sentences of a rule about each cable: rule(its record, scene, its number, its sections)."""
+    """Sentences of rule(record of the cable, scene, its number, its sections) for each cable."""
     found = []
     for k, part in enumerate(parts_of(record, "cable")):
         sections = [piece.section for piece in scene.network.pieces if piece.cable == k]
@@ -283,19 +283,19 @@ def _of_lines(rule: Callable[..., list[str]], record: xr.Dataset, scene: Scene) 
 
 
 def _snaps(record: xr.Dataset, scene: Scene, cable: int, sections: list[Cable]) -> list[str]:
-    """Sentences about peaks of few steps, and lines that do not damp their pulses."""
+    """Warnings of peaks resolved by few steps, and of undamped pulses."""
     return cautions.short_peaks(record, *_ends(scene.network, cable)) + cautions.undamped(record, scene, sections)
 
 
 def _left(record: xr.Dataset, scene: Scene, _cable: int, sections: list[Cable]) -> list[str]:
-    """Sentences about where a cable left the range of its model."""
+    """Warnings where a cable left the validity range of its model."""
     section, length = sections[0], sum(each.length for each in sections)
     found = _compressed(record, sections) + _unresolved_fold(record, section)
     lowest = float(minimum(record, "cable_position")[..., 2].min())
     if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * length:
         depth = -scene.sea.depth - lowest
         found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-    if scene.sea is not None and not called_by(scene, "line_wet"):  # equations without a surface
+    if scene.sea is not None and not called_by(scene, "line_wet"):  # equations without a water surface
         highest = float(maximum(record, "cable_position")[..., 2].max()) - highest_water(scene)
         if highest > ABOVE * length:
             found.append(f"The cable rose up to {highest:.3g} m above the water, {UNSEEN}")
@@ -312,14 +312,14 @@ def _slack(record: xr.Dataset, _scene: Scene, _cable: int, sections: list[Cable]
     ]
 
 
-#: Fraction of its length by which a cable may rise above the highest crest without a warning.
+#: Fraction of its length by which a cable may rise above the highest crest without warning.
 ABOVE = 0.01
 #: End of the warnings about parts above the water in a run whose equations have no surface.
 UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
 
 
 def _moved_anchors(record: xr.Dataset, scene: Scene) -> list[str]:
-    """Sentences about anchors that would not have stayed where they are."""
+    """Warnings of anchors that moved or would have moved."""
     if "anchor_use" not in record:
         return []
     found = []
@@ -338,7 +338,7 @@ def _moved_anchors(record: xr.Dataset, scene: Scene) -> list[str]:
 
 
 def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:
-    """Sentences about floats and clumps above the highest crest in equations without a surface."""
+    """Warnings of floats and clumps above the highest crest, if the equations have no water surface."""
     if scene.sea is None or called_by(scene, "joint_wet"):
         return []
     bodies = {name: record.joint_position.sel(joint=name, xyz="z") for name in scene.network.bodies}
@@ -347,8 +347,8 @@ def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:
 
 
 def _compressed(record: xr.Dataset, sections: list[Cable]) -> list[str]:
-    """Sentence about elements under compression, where and how much; rounding is not counted, nor what an element that
-    bends carries before it buckles, EI (pi/h)^2."""
+    """Warning of compressed elements, where and how much.
+    Neither rounding errors nor loads below the buckling load of an element that bends, EI (pi/h)^2, count."""
     least, rods = minimum(record, "cable_tension"), np.array([c.bending_stiffness for c in sections])
     smallest = min(float(least.min()), float(record.tension_anchor.min()))
     if rods.any():
@@ -368,9 +368,9 @@ def _compressed(record: xr.Dataset, sections: list[Cable]) -> list[str]:
 
 
 def _unresolved_fold(record: xr.Dataset, section: Cable) -> list[str]:
-    """Sentence about a fold that is smaller than the elements.
+    """Warning of a fold that is smaller than the elements.
 
-    There neighbouring elements turn by more than 90 degrees, or the ends of an element are nearer than half its length.
+    Neighbouring elements turn by more than 90 degrees, or ends of an element are closer than half its length.
     """
     degree = section.position_degree
     ends = record.cable_position.values[..., ::degree, :]
@@ -389,7 +389,7 @@ def _unresolved_fold(record: xr.Dataset, section: Cable) -> list[str]:
 
 
 def _places(record: xr.Dataset, chosen: NDArray[Any]) -> str:
-    """`elements 1 to 3 (s = 0 ... 0.3 m)` of a mask over the elements."""
+    """Text such as `elements 1 to 3 (s = 0 ... 0.3 m)` for a mask over the elements."""
     numbers = np.flatnonzero(chosen)
     s = record.s.values.ravel()[:: (record.sizes["node"] - 1) // len(chosen)]
     first, last = numbers[0], numbers[-1]

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_PANELS = 10
-#: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
+#: Above this many cases, means and ends of ranges are drawn as points instead of bars.
 MOST_BARS = 200
 
 
 @matplotlib.rc_context(style.STYLE)  # type: ignore[untyped-decorator]  # matplotlib has no types
 def draw(dataset: xr.Dataset) -> Figure:
-    """Mean and range of the main quantities: over the first varied key if it is a number and no seed, a colour for each
-    combination of the others; else, or where these are too many to tell apart, case by case."""
+    """Mean and range of the main quantities, over the first varied key or case by case.
+    Over the key, with a colour per combination of the others, if it is a number but no seed and these are few."""
     series = each_series(dataset, "mean", shown_in("sweep figure"))[:MOST_PANELS]
     series = [one for one in series if np.isfinite(one[2][f"{one[1]}_mean"].values).any()]
     figure = style.new_figure(style.PAGE, 1.9 * max(len(series), 1) + 0.8)
@@ -42,12 +42,12 @@ def draw(dataset: xr.Dataset) -> Figure:
             cases = cases[good]
             place = x[good] + width * (k - (len(groups) - 1) / 2)
             middle, ends = mean.values[cases], (low.values[cases], high.values[cases])
-            if dataset.sizes["case"] > MOST_BARS:  # a picture, whose size and time do not grow with their number
+            if dataset.sizes["case"] > MOST_BARS:  # rasterised: size and time do not grow with the number of cases
                 (drawn,) = axis.plot(place, middle, ".", markersize=3, rasterized=True, label=group, zorder=3)
                 for end in ends:
                     axis.plot(place, end, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
             else:
-                reach = np.maximum([middle - ends[0], ends[1] - middle], 0.0)  # rounding of the mean
+                reach = np.maximum([middle - ends[0], ends[1] - middle], 0.0)  # the mean may be rounded
                 axis.errorbar(place, middle, reach, fmt="o", markersize=3.5, capsize=2.5, label=group)
         axis.set_ylabel(f"{text.replace('_', ' ')} [{unit.replace('degree', '°')}]")
     axes[-1].set_xlabel(label)
@@ -75,14 +75,14 @@ def _groups(dataset: xr.Dataset) -> tuple[str, list[tuple[str, NDArray[Any], NDA
     return keys[0], [(group, first[m], m) for group, m in zip(different, members, strict=True)]
 
 
-#: Bars in a panel, and panels at most.
+#: Most bars in a panel, and most panels.
 BARS, PANELS = 15, 3
 
 
 def tornado(names: Sequence[str], columns: Mapping[str, NDArray[Any]]) -> Figure:
-    """Bars of elasticities, per cent for one per cent, a panel for each of the first columns.
+    """Bars of elasticities, percentage change per one per cent, with a panel for each of the first columns.
 
-    names: of the numbers.  columns: elasticities (numbers,) by the names of results.
+    names: of the parameters.  columns: elasticities (parameters,) by the names of results.
     """
     with matplotlib.rc_context(STYLE):
         shown = list(columns.items())[:PANELS]
@@ -101,11 +101,11 @@ def tornado(names: Sequence[str], columns: Mapping[str, NDArray[Any]]) -> Figure
     return figure
 
 
-SHOWN = 4  #: series at most
+SHOWN = 4  #: largest number of series
 
 
 def residuals(dataset: xr.Dataset) -> Figure:
-    """A column for each series: above what was measured and computed, below computed - measured."""
+    """A column for each series: measured and computed above, computed - measured below."""
     with matplotlib.rc_context(STYLE):
         labels = list(dict.fromkeys(dataset.series.values.astype(str)))[:SHOWN]
         figure = new_figure(PAGE, 3.4)

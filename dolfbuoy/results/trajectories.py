@@ -1,4 +1,4 @@
-"""Figures in space and along the cable: paths of the buoy, shapes of the cable, and the range of the tension in it."""
+"""Figures in space and along the cable: paths of the buoy, shapes of the cable, and tension and curvature along it."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from ..scene.sections import Scene
 
-#: A motion is drawn as planar if its width is below this share of its length.
+#: A motion is drawn as planar if its width is below this fraction of its length.
 PLANAR = 0.02
-#: Frames whose shapes are shown, about.
+#: Approximate number of frames whose shapes are shown.
 SHAPES = 13
 
 
@@ -59,7 +59,7 @@ def trajectory(record: xr.Dataset, scene: Scene) -> Figure:
 
 @figure_of("buoy_position", part="buoy")
 def track(record: xr.Dataset, scene: Scene) -> Figure:
-    """Horizontal track of C after the ramp, its mean, and where waves, current, wind and an external force push."""
+    """Horizontal track of C after the ramp, its mean, and the directions of waves, current, wind and external force."""
     t = record.time.values
     rows = after_ramp(t, scene, 2, "track of the buoy")
     x, directions = record.buoy_position.values[rows, :2], pushes(scene, record.buoy.item())
@@ -76,7 +76,7 @@ def track(record: xr.Dataset, scene: Scene) -> Figure:
 
 
 def pushes(scene: Scene, name: str | None) -> dict[str, NDArray[Any]]:
-    """Horizontal directions (2,) of waves and current, and of what pushes the buoy of that name, if there is one."""
+    """Horizontal directions (2,) of waves and current, and of wind and external force on the named buoy, if any."""
     buoy = scene.network.buoys.get(name or "")
     named = {"waves": scene.waves, "current": scene.current, "wind": buoy and buoy.wind}
     known = {name: section for name, section in named.items() if section and not getattr(section, "grid", None)}
@@ -86,7 +86,7 @@ def pushes(scene: Scene, name: str | None) -> dict[str, NDArray[Any]]:
 
 
 def _draw_compass(axes: Any, directions: dict[str, NDArray[Any]]) -> None:
-    """Directions alone, as arrows whose lengths mean nothing."""
+    """Draw directions as arrows whose lengths have no meaning."""
     for k, (name, direction) in enumerate(directions.items()):
         color = COLORS[("blue", "green", "orange", "red")[k]]
         axes.quiver(0, 0, *((1 - 0.2 * k) * direction), color=color, angles="xy", scale_units="xy", scale=1, width=0.04)
@@ -150,13 +150,13 @@ def _is_planar(x: NDArray[Any]) -> Any:
 
 
 def widest(x: NDArray[Any]) -> int:
-    """0 for x, 1 for y: the horizontal direction of the greater extent of points (..., 3)."""
+    """Horizontal direction in which points (..., 3) extend most: 0 for x, 1 for y."""
     extent = np.ptp(x.reshape(-1, 3)[:, :2], axis=0)
     return int(extent[1] > extent[0])
 
 
 def _draw_path(axes: Any, x: NDArray[Any], last: NDArray[Any] | None) -> None:
-    """A path in a plane with its start and end, the rows `last` set off."""
+    """Draw a path in a plane with its start and end, and the rows `last` highlighted."""
     axes.plot(*x.T, color=COLORS["blue"], lw=0.8)
     if last is not None and len(last) < len(x):
         axes.plot(*x[last].T, color=COLORS["red"], lw=1.4, label="last period")
@@ -166,7 +166,7 @@ def _draw_path(axes: Any, x: NDArray[Any], last: NDArray[Any] | None) -> None:
 
 
 def equal_axes(axes: Any, x: NDArray[Any]) -> None:
-    """Equal scale: the panel keeps its shape and shows a little more than the points (n, 2)."""
+    """Set equal scales: the panel keeps its shape and shows a little more than the points (n, 2)."""
     middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
     half = np.maximum(1.08 * half, max(0.05 * half.max(), 5e-3))
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
@@ -174,13 +174,13 @@ def equal_axes(axes: Any, x: NDArray[Any]) -> None:
 
 
 def panel_height(x: NDArray[Any], panel_width: float = 2.9) -> float:
-    """Height of a panel of that width [inch] that suits the points (n, 2)."""
+    """Height of a panel of this width that suits the points (n, 2) [inch]."""
     width, height = np.ptp(x, axis=0)
     return float(np.clip(1.05 * panel_width * height / width, 1.0, 3.2)) if width > 0 else 2.4
 
 
 def label_axes(axes: Any, horizontal: str, vertical: str) -> None:
-    """Names of two coordinates, in metres."""
+    """Label the axes with two coordinates in metres."""
     axes.set(xlabel=f"{horizontal} [m]", ylabel=f"{vertical} [m]")
 
 
@@ -196,7 +196,7 @@ def shapes(record: xr.Dataset, scene: Scene) -> Figure:
     curves = x[:, :, [wide, 2]]
     low, high = curves.min(axis=(0, 1)), curves.max(axis=(0, 1))
     room, middle = 0.35 * (high - low).max(), (low[0] + high[0]) / 2
-    levels = (0.0, -scene.sea.depth) if scene.sea is not None else ()  # of still water and bed, if they are near
+    levels = (0.0, -scene.sea.depth) if scene.sea is not None else ()  # of still water and bed, shown if near
     near = [[[middle, z]] for z in levels if low[1] - room <= z <= high[1] + room]
     seen = np.concatenate([curves.reshape(-1, 2), *near])
     figure = new_figure(COLUMN, 0.75 + panel_height(seen, 2.3))
@@ -221,7 +221,7 @@ def shapes(record: xr.Dataset, scene: Scene) -> Figure:
 
 
 def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDArray[Any]) -> bool:
-    """Still water and bed below the curves, with the ground shaded; True if any is in the picture."""
+    """Draw still water and bed below the curves, with the ground shaded; True if either is visible."""
     low, high = seen[:, 1].min(), seen[:, 1].max()
     if high >= 0:
         axes.axhline(0, color=COLORS["sky"], lw=1.2, zorder=1, label="still water")
@@ -238,7 +238,7 @@ def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDA
 
 @figure_of("cable_tension", "cable_tension_maximum", "s_cell", part="cable")
 def envelope(record: xr.Dataset, scene: Scene) -> Figure:
-    """Least and largest tension along the cable in all steps after the ramp, and the mean of frames, per element."""
+    """Least and largest tension along the cable over all steps after the ramp, and mean over frames, per element."""
     s, found = record.s_cell.values, envelope_of(record, scene)
     unit, factor = force_unit([found.least, found.largest])
     low, mean, high = factor * found.least, factor * found.mean, factor * found.largest
@@ -258,20 +258,20 @@ def envelope(record: xr.Dataset, scene: Scene) -> Figure:
     return figure
 
 
-#: Largest curvatures of all steps, the better one first.
+#: Variables of the largest curvature over all steps, the preferred one first.
 _LARGEST = "curvature_maximum_after_ramp", "curvature_maximum"
 
 
 @figure_of("curvature", "s", part="cable")
 def curvature(record: xr.Dataset, scene: Scene) -> Figure:
-    """Largest curvature along the cable in all steps after the ramp, its mean over frames, and what is allowed."""
+    """Largest curvature along the cable over all steps after the ramp, its mean over frames, and the allowed one."""
     frames, s = record.frame.values, record.s.values
     rows = after_ramp(frames, scene, 2, "curvature along the cable")
     values = record.curvature.values[rows]
     largest = next((record[name].values for name in _LARGEST if name in record), values.max(axis=0))
     if not largest.any():
         raise Missing("It does not bend.")
-    # a column's curvature would leave its power of ten above the axis
+    # otherwise a power of ten would stand above the axis for a small curvature
     unit, factor = ("1/m", 1.0) if largest.max() > 1e-2 else ("1/km", 1e3)
     values, largest = factor * values, factor * largest
     figure = new_figure(COLUMN, 2.6)

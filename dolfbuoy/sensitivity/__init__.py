@@ -1,4 +1,4 @@
-"""Derivatives of results by the numbers of a scene, and what follows from them."""
+"""Derivatives of results by the parameters of a scene, and their uses."""
 
 from .calibration import calibrate
 from .derivatives import sensitivities

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 Array = NDArray[Any]
-#: Distance at which R x of quaternions is differentiated: it is quadratic in them, so that only rounding is left.
+#: Step of the central differences of R(q) x, which is quadratic in q, so that only rounding errors remain.
 NEAR = 1e-3
 
 
@@ -23,9 +23,9 @@ def accelerations(
 ) -> Iterator[tuple[str, Array, Array]]:
     """(label, accelerations, their derivatives by the parameters) of a point of every buoy, along the fixed axes.
 
-    arms: buoy -> place of the point from the centre of mass, in axes of the buoy [m] (3,).  slopes: their derivatives
-    (parameter, 3), where the record has `d_buoy_position` and `d_buoy_orientation`; else there are none.  Without
-    gravity [m/s^2].
+    arms: buoy -> position of the point from the centre of mass, in the buoy's axes (3,) [m].  slopes: their derivatives
+    (parameter, 3), for a record with `d_buoy_position` and `d_buoy_orientation`; None: no derivatives.  Gravity is not
+    included [m/s^2].
     """
     t = record.time.values
     for name, arm in arms.items():
@@ -43,12 +43,12 @@ def accelerations(
 
 
 def arms_of(scene: "Scene", point: Any) -> dict[str, Array]:
-    """Place of a point of each buoy, heights from the keel, from its centre of mass [m]."""
+    """Position of a point of each buoy from its centre of mass [m]; point: with its height above the keel."""
     return {name: np.array(point, dtype=float) - (0, 0, b.center_of_mass) for name, b in scene.network.buoys.items()}
 
 
 def _turned(q: Array, arm: Array) -> Array:
-    """R(q) arm of quaternions (..., 4) near unit length: that of R whose columns are as long as q squared."""
+    """R(q) arm for quaternions (..., 4) near unit length; the columns of R have length |q|^2."""
     scalar, vector = q[..., :1], q[..., 1:]
     return np.asarray(
         (scalar**2 - (vector**2).sum(axis=-1, keepdims=True)) * arm
@@ -58,7 +58,7 @@ def _turned(q: Array, arm: Array) -> Array:
 
 
 def _second(t: Array, x: Array) -> Array:
-    """Second differences of rows at their instants; at both ends extrapolated."""
+    """Second derivatives of rows by central differences, extrapolated at both ends."""
     h = np.diff(t)[:, None]
     rates = np.diff(x, axis=0) / h
     inner = 2 * np.diff(rates, axis=0) / (h[1:] + h[:-1])

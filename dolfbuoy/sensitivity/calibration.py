@@ -1,4 +1,4 @@
-"""Numbers of a scene from measured series, by least squares with exact derivatives."""
+"""Parameters of a scene from measured series, by least squares with exact derivatives."""
 
 import csv
 import math
@@ -26,16 +26,16 @@ from .parameters import Parameter, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Correlation beyond which two numbers cannot be told apart, and bytes of a CSV file.
+#: Correlation beyond which two parameters cannot be told apart, and largest size of a CSV file [bytes].
 SAME, MOST_BYTES = 0.99, 100_000_000
-#: Relative changes with which a fit ends, and runs at most.
+#: Relative change at which a fit ends, and largest number of runs.
 ENDS, MOST = 1e-6, 40
-#: Residuals of a run that failed, in standard deviations of what was measured: a step there is not taken.
+#: Residuals of a failed run, in standard deviations of the measurement, so that the step is rejected.
 LOST = 1e3
 
 
 class Measured(NamedTuple):
-    """A series: its label, instants [s] and values; scale: what its residuals are divided by."""
+    """A measured series: its label, instants [s] and values; scale: divisor of its residuals."""
 
     label: str
     t: NDArray[Any]
@@ -48,7 +48,7 @@ class Fit:
     """Result of `calibrate`; scene: with the estimates.
 
     dataset: over `parameter` estimate, deviation (one standard deviation), at_bound and `correlation`, over `sample`
-    measured, computed, `series` and time; attributes: runs, residual (rms, in what the series are divided by).
+    measured, computed, `series` and time; attributes: runs, residual (rms, relative to the scales of the series).
     """
 
     scene: Scene
@@ -67,17 +67,17 @@ def calibrate(
     offset: tuple[float, float] | None = None,
     **overrides: Any,
 ) -> Fit:
-    """Estimates of numbers of a scene, within bounds, with which its run is nearest to measured series after the ramp.
+    """Estimate parameters of a scene within bounds by fitting its run to measured series after the ramp.
 
-    record: of a run, or a CSV file with a column `time` [s] and one for each series.  fit: key -> (low, high); the
-    scene's value, or the middle, is where it begins.  of: series, as tension_top, buoy_position_z, "tension_top of
-    port".  noise: standard deviation of what was measured, in its unit; default: that of the residuals.  out: folder
-    for calibrate.nc and calibrated.toml.  point: of the buoys, heights from the keel [m]: series may be its
-    acceleration then, acceleration_x, _y and _z along the fixed axes, without gravity [m/s^2].  offset: bounds of the
-    time by which the record's clock is ahead of the run's [s], which is found too, as "time_offset".
+    record: of a run, or a CSV file with a column `time` [s] and one for each series.  fit: key -> (low, high); starts
+    from the scene's value, or the middle if that is outside.  of: series, such as tension_top, buoy_position_z,
+    "tension_top of port".  noise: standard deviation of the measurement, in its unit; default: that of the residuals.
+    out: folder for calibrate.nc and calibrated.toml.  point: of the buoys, with its height above the keel [m]; series
+    may then be its acceleration_x, _y and _z along the fixed axes, without gravity [m/s^2].  offset: bounds of the time
+    by which the record's clock is ahead of the run's [s], which is then also estimated, as "time_offset".
 
-    Trust regions within bounds (scipy.optimize.least_squares); a run that fails is a step that is not taken.  On one
-    rank.  Raises InputError for a scene, key or record that cannot be, SolveError where the first run fails.
+    Trust-region method within bounds (scipy.optimize.least_squares); a step to a run that fails is rejected.  On one
+    rank.  Raises InputError for an invalid scene, key or record, SolveError if the first run fails.
     """
     from scipy.optimize import least_squares
 
@@ -117,7 +117,7 @@ def calibrate(
 
 
 def finish(dataset: "xr.Dataset", base: Scene, found: Scene, out: str | Path | None, kind: str, name: str) -> None:
-    """Add the scene that was found to the dataset; keep both, the scene as the file `name`, if there is a folder."""
+    """Add the scene found to the dataset, and write both to the folder, if any; name: file of the scene."""
     dataset.attrs |= {"title": base.title, "scene": found.to_toml()}
     if out is not None:
         keep(out, kind, base, dataset)
@@ -128,7 +128,7 @@ def finish(dataset: "xr.Dataset", base: Scene, found: Scene, out: str | Path | N
 def begin_of(
     base: Scene, fit: Mapping[str, tuple[float, float]], option: str
 ) -> tuple[list[Parameter], NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """(parameters, lower bounds, upper ones, where to begin).  Raises InputError, with what the bounds are given in."""
+    """(parameters, lower bounds, upper bounds, start).  Raises InputError naming the option."""
     if not fit:
         raise InputError(f"{option}: must be given, KEY=LOW..HIGH.")
     bounds = np.array([tuple(map(float, pair)) for pair in fit.values()])
@@ -146,7 +146,7 @@ def begin_of(
 
 
 def _measured(record, base, of, noise, point, offset):
-    """Series of a record within the run, after its ramp, with any offset of time.  Raises InputError."""
+    """Series of a record within the run, after its ramp, for any allowed time offset.  Raises InputError."""
     found = (
         _of_csv(Path(record))
         if isinstance(record, str | Path) and Path(record).suffix == ".csv"
@@ -208,9 +208,9 @@ def _of_csv(path):
 
 
 class _Model:
-    """Runs of a scene with other numbers, compared with what was measured.
+    """Runs of a scene with other parameters, compared with the measurement.
 
-    point: whose accelerations are compared, or None.  has_offset: the last of the values is the offset of time.
+    point: whose accelerations are compared, or None.  has_offset: True if the last value is the time offset.
     """
 
     def __init__(
@@ -239,7 +239,7 @@ class _Model:
         return np.asarray(self._at(values)[1])
 
     def _at(self, values):
-        """(residuals, their derivatives by the values)."""
+        """(residuals, their derivatives by the values) at these values."""
         key = tuple(map(float, values))
         if key not in self._known:
             self._known[key] = self._computed(values)
@@ -301,8 +301,8 @@ def columns(dataset: "xr.Dataset") -> Iterator[tuple[str, tuple[NDArray[Any], An
 
 
 def inverse_of_squares(J: NDArray[Any]) -> NDArray[Any]:
-    """(J^T J)^-1 whatever the units of the columns, 0 where a column is: a stiffness in N beside a coefficient has
-    derivatives that would pass for rounding."""
+    """(J^T J)^-1, computed with normalised columns, 0 where a column is 0.
+    Otherwise the small derivatives by a stiffness in N, next to a coefficient, would be taken for rounding errors."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0] = 1.0
     found: NDArray[Any] = np.linalg.pinv((J / size).T @ (J / size)) / np.outer(size, size)
@@ -310,7 +310,7 @@ def inverse_of_squares(J: NDArray[Any]) -> NDArray[Any]:
 
 
 def _described(model, found, low, high, noise):
-    """Estimates, their deviations and correlations, and sentences about them."""
+    """Dataset of estimates, their deviations and correlations, and sentences about them."""
     import xarray as xr
 
     more = ["time_offset"] if model.has_offset else []

@@ -1,4 +1,4 @@
-"""Derivatives of a run, or of an equilibrium, by numbers of its scene."""
+"""Derivatives of a run, an equilibrium, modes or a response by the parameters of a scene."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -29,10 +29,10 @@ from .parameters import STIFF, Parameter, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Instants that are noted before quantities are made of them.
+#: Number of instants noted before quantities are computed from them.
 ROWS = 1024
-MODES = 10  #: natural periods
-#: Part of the largest number of a series below which another one is 0, as the tension of a slack line.
+MODES = 10  #: number of natural periods
+#: Fraction of the largest statistic of a series below which another one is 0, such as the tension of a slack line.
 ROUNDING = 1e-12
 Values = dict[str, Any]  #: arrays of quantities by name
 
@@ -47,18 +47,18 @@ def sensitivities(
     progress: Callable[[Simulation], object] | None = None,
     **overrides: Any,
 ) -> "xr.Dataset":
-    """Derivatives of the results of a scene by its numbers.
+    """Derivatives of the results of a scene by its parameters.
 
-    by: keys of numbers, entries of vectors ("cable.top.amplitude.2") or whole ones, which are varied by a factor;
-    default: all that are not zero.  of: outputs, as tension_top.max; default: all.  out: folder for sensitivity.nc.
-    what: "run", "static" (the equilibrium), "modes" (natural periods and damping of the slowest ten) or "response" (to
-    waves, linear).
+    by: keys of numbers, entries of vectors ("cable.top.amplitude.2") or whole vectors, which are varied by a factor;
+    default: all that are not zero.  of: outputs, such as tension_top.max; default: all.  out: folder for
+    sensitivity.nc.  what: "run", "static" (the equilibrium), "modes" (natural periods and damping of the slowest ten)
+    or "response" (to waves, linear).
 
-    Returns, complete on rank 0, over `parameter`: `d_NAME` of every series, (parameter, time, ...), at rest without
-    time, or over mode; of a run also `d_output` (parameter, output), per unit of the number, and `elasticity`, in per
-    cent for one per cent.  Steps, meshes and which elements are slack are the run's.
+    Returns a dataset over `parameter`, complete on rank 0: `d_NAME` of every series, (parameter, time, ...), without
+    time at rest, or over mode; for a run also `d_output` (parameter, output), per unit of the parameter, and
+    `elasticity`, the percentage change per one per cent.  Steps, meshes and slack elements are the run's.
 
-    Raises InputError for a scene or key without derivatives, SolveError where one is not found.
+    Raises InputError for a scene or key without derivatives, SolveError if one is not found.
     """
     found = load_scene(scene, **overrides)
     found, parameters = load_scene(found, accuracy=None), parameters_of(found, by)
@@ -90,9 +90,9 @@ def of_run(
     comm: Any = MPI.COMM_WORLD,
     progress: Callable[[Simulation], object] | None = None,
 ) -> "xr.Dataset":
-    """Series of a run, their derivatives by the parameters, and those of its outputs (complete on rank 0).
+    """Series of a run, and derivatives of series and outputs by the parameters (complete on rank 0).
 
-    Raises InputError for a scene without derivatives, SolveError where a step or a derivative is not found.
+    Raises InputError for a scene without derivatives, SolveError if a step or a derivative is not found.
     """
     if any(piece.section.fails_at for piece in scene.network.pieces):
         raise InputError("fails_at: nothing has a derivative across the instant in which a line parts.")
@@ -143,7 +143,7 @@ def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MP
 
 
 def of_modes(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":
-    """Periods and damping of the slowest modes and their derivatives: of the same modes of neighbours.
+    """Periods and damping of the slowest modes, and their derivatives, from the same modes of neighbouring scenes.
 
     Raises InputError, SolveError.
     """
@@ -189,12 +189,12 @@ def of_response(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.C
     return _labelled(found, scene, parameters)
 
 
-#: What has derivatives, besides a run.
+#: Functions that compute results with derivatives, by kind.
 KINDS: dict[str, Any] = {"run": of_run, "static": of_equilibrium, "modes": of_modes, "response": of_response}
 
 
 class _Notes:
-    """Quantities of Simulations at the instants at which they were noted."""
+    """Quantities of Simulations at the noted instants."""
 
     def __init__(self, simulations: Sequence[Simulation]) -> None:
         self.observers = [Observer(one.problem, one.latest_end_forces, (), k > 0) for k, one in enumerate(simulations)]
@@ -207,7 +207,7 @@ class _Notes:
         self._parts: list[list[Values]] = [[] for _ in simulations]
 
     def add(self) -> None:
-        """Take the present instant.  Collective."""
+        """Note the present instant.  Collective."""
         self._take()
         self._rows[self._count] = self._now
         self._count += 1
@@ -221,7 +221,7 @@ class _Notes:
         self._count = 0
 
     def values(self) -> list[Values]:
-        """Quantities of each simulation, on rank 0; others: nothing."""
+        """Quantities of each simulation, on rank 0."""
         if self._count:
             self._make()
         on_root = self.observers[0].comm.rank == 0
@@ -232,9 +232,9 @@ class _Notes:
 
 
 def _dataset(scene, parameters, values, pairs, apart, labels, times=None):
-    """Values, derivatives and outputs by their names.
+    """Dataset of values, derivatives and outputs by name.
 
-    pairs: values of two scenes for each parameter, as far `apart` in x.
+    pairs: values of two scenes for each parameter; apart: their distances in x.
     """
     import xarray as xr
 
@@ -255,7 +255,7 @@ def _dataset(scene, parameters, values, pairs, apart, labels, times=None):
 
 
 def _labelled(found, scene, parameters):
-    """With names, values and units of the parameters."""
+    """Add names, values and units of the parameters."""
     found = found.assign_coords(parameter=np.array([p.key for p in parameters], dtype=object))
     found["parameter_value"] = ("parameter", np.array([p.value for p in parameters]))
     found["parameter_unit"] = ("parameter", np.array([p.unit for p in parameters], dtype=object))

@@ -1,4 +1,4 @@
-"""Numbers of a scene for which an expression is least while others stay below limits."""
+"""Parameters of a scene that minimise an expression while others stay within limits."""
 
 import math
 import re
@@ -26,22 +26,22 @@ from .parameters import Parameter, Size, parameters_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Iterations at most; relative change with which a search ends; part of a limit by which it may be missed.
+#: Largest number of iterations; relative change at which a search ends; relative tolerance of a limit.
 MOST, ENDS, MISSED = 60, 1e-7, 1e-4
-#: Sizes of library materials that are tried, from the next one that is made on.
+#: Number of available sizes of library materials that are tried, starting from the nearest.
 SIZES_TRIED = 4
-#: What an output counts as in a run that failed, in limits: a step there is not taken.
+#: Value of an output in a failed run, in multiples of its limit, so that the step is rejected.
 LOST = 100.0
-#: Ending of outputs that are soft maxima, and how sharp these are.
+#: Ending of outputs that are soft maxima, and their sharpness.
 SOFT, SHARP = ".soft_max", 60.0
 
 
 @dataclass(frozen=True)
 class Design:
-    """Result of `design`; scene: with the numbers found.
+    """Result of `design`; scene: with the parameters found.
 
-    dataset: over `parameter` value and begin, over `limit` value, bound, active and multiplier (by how much the least
-    expression falls for a unit more of the limit); attributes: least, runs.
+    dataset: over `parameter` value and begin, over `limit` value, bound, active and multiplier (decrease of the minimum
+    per unit increase of the limit); attributes: least, runs.
     """
 
     scene: Scene
@@ -58,15 +58,15 @@ def design(
     out: str | Path | None = None,
     **overrides: Any,
 ) -> Design:
-    """Numbers within bounds for which `least` is least and everything in `hold` is kept, by SLSQP with derivatives.
+    """Find parameters within bounds that minimise `least` subject to `hold`, by SLSQP with derivatives.
 
     vary: key -> (low, high).  least: an expression of keys and outputs (`expressions`).  hold: "EXPRESSION < LIMIT" or
-    "EXPRESSION > LIMIT".  cases: load cases, changes of the scene each; limits hold in all of them, and `least` counts
-    the largest.  What is not given is that of the scene's section [design].  out: folder for design.nc and
+    "EXPRESSION > LIMIT".  cases: load cases, each a set of changes of the scene; limits hold in all, and the largest
+    `least` is minimised.  Defaults are those of the scene's section [design].  out: folder for design.nc and
     designed.toml.  On one rank.
 
-    Raises InputError for what is no expression, key or output, SolveError where the first run fails or nothing is
-    found that keeps the limits.
+    Raises InputError for an invalid expression, key or output, SolveError if the first run fails or if nothing is found
+    that meets the limits.
     """
     base = load_scene(load_scene(scene, **overrides), accuracy=None)
     if MPI.COMM_WORLD.size > 1:
@@ -98,7 +98,7 @@ def design(
 
 @dataclass(frozen=True)
 class Limit:
-    """sign x (bound - expression) >= 0."""
+    """The limit sign x (bound - expression) >= 0."""
 
     text: str
     expression: Expression
@@ -107,7 +107,7 @@ class Limit:
 
     @property
     def output(self) -> tuple[str, str] | None:
-        """(output, part) if the expression is one output of a run; part: empty if it is of all."""
+        """(output, part) if the expression is a single output of a run; part: empty for all parts."""
         name = self.expression.text.strip()
         output, _, part = name.partition("[")
         return (output, part.rstrip("]")) if list(self.expression.names) == [name] and "." in name else None
@@ -125,7 +125,7 @@ def _limit(text: str) -> Limit:
 
 
 class _Search:
-    """Values of expressions for other numbers of a scene, in all load cases."""
+    """Values of the expressions for other parameters of a scene, in all load cases."""
 
     def __init__(self, base, parameters, least, limits, cases):
         self.base, self.parameters, self.least, self.limits = base, parameters, least, limits
@@ -138,13 +138,13 @@ class _Search:
             try:
                 (self._keys[name],) = parameters_of(base, [name])
             except InputError:
-                continue  # an output, or nothing: shows in the first run
+                continue  # an output, or unknown: shows in the first run
         self.needs_run = any(name not in self._keys for name in names)
         if not {p.key for p in parameters} & {p.key for p in self._keys.values()} and not self.needs_run:
             raise InputError(f"--least {least.text}: nothing in it depends on what varies.")
 
     def least_within(self, start, low, high, free, scale):
-        """Numbers for which the expression is least where `free` ones may move, and why the search goes on, if so.
+        """Minimise the expression over the `free` parameters; returns them, and a message if not converged.
 
         scale: typical size of the expression.
         """
@@ -178,7 +178,7 @@ class _Search:
         return values_at(np.clip(found.x, 0, 1)), None if found.success else found.message
 
     def room(self, values):
-        """Margin of each limit at these numbers, as a part of it."""
+        """Relative margin of each limit at these values."""
         bounds = np.array([limit.bound for limit in self.limits])
         found = np.array([one.value for one in self.at(values)[1]])
         signs = np.array([limit.sign for limit in self.limits])
@@ -191,7 +191,7 @@ class _Search:
         return scene
 
     def at(self, values):
-        """(least, [limits]): Duals, the worst of all load cases."""
+        """(least, [limits]) as Duals, each the worst of all load cases."""
         key = tuple(map(float, values))
         if key not in self._known:
             self._known[key] = self._computed(np.array(values))
@@ -236,7 +236,7 @@ class _Search:
 
 
 def _number(scene: Scene, name: str, parameters: Sequence[Parameter]) -> Dual:
-    """A number of a scene, which a size of a library material moves with others."""
+    """A number of a scene with its slopes, also by a size of a library material, which changes several numbers."""
     (here,) = parameters_of(scene, [name])
 
     def slope(p: Parameter) -> float:
@@ -249,7 +249,7 @@ def _number(scene: Scene, name: str, parameters: Sequence[Parameter]) -> Dual:
 
 
 def _output(dataset: "xr.Dataset", name: str) -> Dual:
-    """An output of a run; without the name of a part the largest of all, of a smallest value the smallest."""
+    """An output of a run; without a part's name, the largest of all parts (the smallest for `.min`)."""
     output, _, part = name.partition("[")
     names, parts = dataset.output.values.astype(str), dataset.output_of.values.astype(str)
     there = np.flatnonzero((names == output) & ((parts == part.rstrip("]")) if part else True))
@@ -263,9 +263,9 @@ def _output(dataset: "xr.Dataset", name: str) -> Dual:
 
 
 def _soft(dataset: "xr.Dataset", name: str, begin: float) -> Dual:
-    """Soft maximum m (1 + log(mean of exp(60 (x/m - 1)))/60) of the values x of a series after the ramp, m the largest.
+    """Soft maximum m (1 + log(mean of exp(60 (x/m - 1)))/60) of a series x after the ramp, m = max x.
 
-    It moves smoothly where one crest takes the place of another as the largest, and is lower where crests are narrow.
+    It changes smoothly when another crest becomes the largest, and is lower for narrow crests.
     """
     output, _, part = name.partition("[")
     of = output.removesuffix(SOFT) + (f"{OF_PART}{part.rstrip(']')}" if part else "")
@@ -278,7 +278,7 @@ def _soft(dataset: "xr.Dataset", name: str, begin: float) -> Dual:
                 raise InputError(f"{name}: a soft maximum is that of a series that becomes positive.")
             weight = np.exp(SHARP * (x / m - 1))
             value = m * (1 + math.log(weight.mean()) / SHARP)
-            # by m: the terms of the exponents -x/m^2, and the factor in front
+            # derivative by m: of the exponents, -x/m^2, and of the factor in front
             of_m = value / m - (weight @ x) / (weight.sum() * m)
             found.append(Dual(value, slopes @ weight / weight.sum() + of_m * slopes[:, x.argmax()]))
     if not found:
@@ -287,9 +287,9 @@ def _soft(dataset: "xr.Dataset", name: str, begin: float) -> Dual:
 
 
 def _in_sizes_made(search, best, ended, low, high):
-    """Numbers whose sizes of library materials are made, all else found again: the nearest ones that keep the limits.
+    """Change sizes of library materials to the nearest available ones that meet the limits; optimise the rest again.
 
-    Returns those that were given, and a reason, where no such sizes are within their bounds.
+    Returns the values given, and a reason, if no such sizes are within their bounds.
     """
     sizes = np.array([isinstance(p, Size) for p in search.parameters], dtype=bool)
     if not sizes.any():
@@ -309,9 +309,9 @@ def _in_sizes_made(search, best, ended, low, high):
 
 
 def _within_bars(fitted, search, dataset):
-    """Sentences of limits of single outputs beyond which their error bars reach, by a run of each case with bars.
+    """Sentences about limits on single outputs that their error bars exceed, from a run of each case with bars.
 
-    The bar of each such limit, the largest of all cases, goes to the dataset (nan where nothing is known).
+    Adds the largest bar over all cases for each such limit to the dataset (nan if unknown).
     """
     outputs = {k: limit.output for k, limit in enumerate(search.limits) if limit.output}
     bars, sentences = np.full(len(search.limits), math.nan), []
@@ -341,7 +341,7 @@ def _rests(record: "xr.Dataset", name: str, part: str) -> bool:
 
 
 def _described(search, best, start, low, high):
-    """Numbers, limits with their multipliers, and sentences."""
+    """Dataset of parameters and limits with their multipliers, and sentences."""
     import xarray as xr
 
     least, limits = search.at(best)
@@ -355,7 +355,7 @@ def _described(search, best, start, low, high):
     active = room < 10 * MISSED
     inside = (best - low > 1e-6 * (high - low)) & (high - best > 1e-6 * (high - low))
     multipliers = np.zeros(len(limits))
-    if active.any() and inside.any():  # least + sum multiplier x sign x limit is stationary in what is not on a bound
+    if active.any() and inside.any():  # least + sum multiplier x sign x limit is stationary off the bounds
         rows = np.array([s * d.slope[inside] for s, d, a in zip(signs, limits, active, strict=True) if a])
         multipliers[active] = np.linalg.lstsq(rows.T, -least.slope[inside], rcond=None)[0]
     keys = [p.key for p in search.parameters]

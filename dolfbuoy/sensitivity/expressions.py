@@ -1,12 +1,12 @@
-"""Arithmetic of numbers of a scene and outputs of its run, with derivatives.
+"""Arithmetic with parameters of a scene and outputs of its run, with derivatives.
 
     sum     = product {("+" | "-") product}
     product = power {("*" | "/") power}
     power   = ["-"] atom ["**" number]
     atom    = number | NAME | "(" sum ")"
 
-A NAME is a key of the scene (`cable.line_density`) or an output (`tension_top.max`, of one line
-`tension_top.max[port]`).
+A NAME is a key of the scene (`cable.line_density`) or an output (`tension_top.max`, or `tension_top.max[port]` for one
+line).
 """
 
 import operator
@@ -24,7 +24,7 @@ from ..scene.quantities import number_of
 _TOKEN = re.compile(
     r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([A-Za-z_][\w.-]*(?:\[[^\]]*\])?)|(\*\*|[-+*/()]))"
 )
-#: Characters of an expression, and brackets within each other, at most.
+#: Largest number of characters in an expression, and of brackets.
 LONGEST, DEEPEST = 1000, 30
 
 
@@ -57,7 +57,7 @@ Tree = tuple[Any, ...]  #: ("number", x), ("name", NAME), ("-", tree), (operator
 
 
 class Expression:
-    """An expression that was read.  Raises InputError for what is none; where: the option that it is part of."""
+    """A parsed expression.  Raises InputError if it is invalid; where: the option that it belongs to."""
 
     def __init__(self, text: str, where: str) -> None:
         self.text, self._where = text.strip(), where
@@ -145,7 +145,7 @@ class Expression:
         return list(dict.fromkeys(found))
 
     def at(self, value_of: Callable[[str], Dual], size: int) -> Dual:
-        """Its value where the names have these, with derivatives by so many numbers.  Raises InputError."""
+        """Value of the expression for these values of its names, with `size` derivatives.  Raises InputError."""
 
         def value(tree: Tree) -> Dual:
             kind, *parts = tree

@@ -1,4 +1,4 @@
-"""Numbers of a scene by which results are differentiated."""
+"""Parameters of a scene by which results are differentiated."""
 
 import functools
 import math
@@ -16,16 +16,16 @@ from ..scene.keys import Key, list_keys
 from ..scene.library import material, resized, size_of, sizes_made
 from ..scene.reading import names_in, varied
 
-#: Sections that say how a scene is computed, not what it is.
+#: Sections on the solution of a scene, not its physics.
 OF_THE_SOLUTION = ("time", "solver", "accuracy", "uncertain", "design")
-#: Keys that shape the mesh, and those that nothing depends on smoothly.
+#: Keys of the mesh, and others on which nothing depends smoothly.
 NO_NUMBER = ("elements", "grading", "position_degree", "tension_degree", "seed", "components", "band", "fails_at")
-#: Relative distance of the neighbours of a scene; of stiffnesses, whose effects are small beside the rounding of the
-#: strain times the stiffness.
+#: Relative distance of the neighbours of a scene; the same for stiffnesses, whose effects are small compared with the
+#: rounding errors of strain times stiffness.
 NEAR, STIFF = 1e-4, 1e-3
-#: ... of lengths where a line may land or come taut: there is no derivative across such a kink.
+#: The same for lengths where a line may land or come taut: no derivative exists across such a kink.
 WITH_KINKS = 1e-6
-#: ... in a run, to one side: of what shifts it in time, of what else moves the unknowns much, of motions with kinks.
+#: The same in a run, one-sided: for time shifts, other large changes of the unknowns, and motions with kinks.
 OF_PERIODS, ONE_SIDED, ALONG_KINKS = 1e-6, 3e-6, 1e-5
 
 
@@ -33,9 +33,9 @@ OF_PERIODS, ONE_SIDED, ALONG_KINKS = 1e-6, 3e-6, 1e-5
 class Parameter:
     """A number of a scene, an entry of a vector ("cable.top.amplitude.2"), or a vector as a whole.
 
-    value: nan for a vector, which is varied by a factor.  scale: the change of the value that x = 1 stands for; that of
-    a vector is 1, and so is its unit.  distance: x of the neighbours to both sides.  near: of the only one of a run
-    whose start it changes much, or of any run, `surely`; 0: none.
+    value: nan for a vector, which is varied by a factor.  scale: change of the value for x = 1; for a vector 1, as its
+    unit.  distance: x of the neighbours on both sides.  near: x of the single neighbour used in a run whose start
+    changes much, or in any run if `surely`; 0: none.
     """
 
     key: str
@@ -49,7 +49,7 @@ class Parameter:
     surely: bool = False
 
     def scene_at(self, scene: Scene, x: float) -> Scene:
-        """The scene with another number.  Raises InputError if there can be none so near."""
+        """The scene with a changed number.  Raises InputError if that is not a valid scene."""
         key, index = self._names
         if math.isnan(self.value):
             new = _times(self._whole, 1 + x)
@@ -65,7 +65,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Size(Parameter):
-    """The size of a material of the library [mm], with all that follows from it: `material.NAME.size`."""
+    """The size of a library material [mm], which determines its other numbers: `material.NAME.size`."""
 
     def scene_at(self, scene: Scene, x: float) -> Scene:
         """As `Parameter.scene_at`."""
@@ -74,14 +74,14 @@ class Size(Parameter):
         return varied(scene, {self._names[0]: keys})
 
     def made(self, size: float, places: int) -> float:
-        """Size that is made, so many places above `size` (1: the next one that is not below it) or below it (-1)."""
+        """Available size this many places above `size` (1: the next that is not smaller) or below it (-1)."""
         sizes = np.array([-math.inf, *sizes_made(self._whole), math.inf])
         above = int(np.searchsorted(sizes, size * (1 - 1e-6)))
         return float(sizes[np.clip(above + places - (places > 0), 0, len(sizes) - 1)])
 
 
 def _size(scene: Scene, key: str) -> Size | None:
-    """The Size of a key like material.NAME.size, if there is such a material of the library."""
+    """The Size of a key such as material.NAME.size, if that material is from the library."""
     head, _, last = key.rpartition(".")
     found = (scene.material or {}).get(head.removeprefix("material."))
     if last != "size" or found is None or found.catalogue is None:
@@ -102,9 +102,9 @@ def _replaced(value: Any, index: Sequence[int], new: float) -> Any:
 
 
 def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Parameter]:
-    """The Parameters of these keys; without any, all numbers of the scene that are not zero.
+    """The Parameters of these keys, by default all numbers of the scene that are not zero.
 
-    Raises InputError for a key that is no number of the scene.
+    Raises InputError for a key that is not a number of the scene.
     """
     data = scene.to_dict()
     there = dict(_numbers(data))
@@ -120,17 +120,17 @@ def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Paramet
 
 
 def _apart(scene: Scene, parameters: list[Parameter]) -> list[Parameter]:
-    """Parameters with the distances of their neighbours."""
+    """Parameters with suitable distances of their neighbours."""
     kinks = scene.seabed is not None or any(p.section.slack == "tension-only" for p in scene.network.pieces)
 
     def distances(one: Parameter) -> Parameter:
         of_length = one.unit == "m" or math.isnan(one.value)
         if one.key.endswith("axial_stiffness"):
             return replace(one, distance=STIFF)
-        if ".hull." in one.key:  # sides of a cylinder, which is a cone to either side
+        if ".hull." in one.key:  # a cylinder, whose neighbours are cones
             return one
         moves = one.key.startswith("waves.") or ".top." in one.key
-        if kinks and of_length and not moves:  # a point that lands for one neighbour must not for the other
+        if kinks and of_length and not moves:  # a point must not land for one neighbour only
             return replace(one, distance=WITH_KINKS)
         if kinks:
             distance = WITH_KINKS if of_length else NEAR
@@ -141,7 +141,7 @@ def _apart(scene: Scene, parameters: list[Parameter]) -> list[Parameter]:
 
 
 def _counts(key: str, value: Any) -> bool:
-    """True if a number is not zero, or a vector, or a hull, not all of it."""
+    """True if a number, or any entry of a vector or hull, is not zero."""
     if not isinstance(value, list | tuple):
         return bool(math.isfinite(value) and value)
     return any(map(bool, value)) and (_is_vector(value) or key.endswith(".hull"))
@@ -199,7 +199,7 @@ def _floats(value: Any) -> Any:
 
 
 def _numbers(data: Any, above: str = "") -> Iterator[tuple[str, Any]]:
-    """(dotted key, value) of all numbers and lists of numbers; tables of a list by their names, or counted."""
+    """(dotted key, value) of all numbers and lists of numbers; tables in a list by name, else by index."""
     for name, value in data.items():
         key = f"{above}.{name}" if above else name
         if isinstance(value, dict):
@@ -218,13 +218,13 @@ def _all_numbers(value: Any) -> bool:
 
 
 def _known(key: str) -> Key | None:
-    """The Key that a dotted name is an instance of: names of tables left out."""
+    """The Key of a dotted name, without the names of tables."""
     return next((one for pattern, one in _patterns() if pattern.fullmatch(key)), None)
 
 
 @functools.cache
 def _patterns() -> list[tuple[re.Pattern[str], Key]]:
-    """A pattern for each key of the language: after a table that there may be several of, a name or a number."""
+    """A pattern for each key of the language, with an optional name or number after each table."""
     found = []
     for one in list_keys():
         *sections, last = one.name.split(".")
@@ -234,7 +234,7 @@ def _patterns() -> list[tuple[re.Pattern[str], Key]]:
 
 
 def _refused(key: str, known: Key) -> str:
-    """Why nothing has a derivative by this key; empty if it has."""
+    """Reason why there is no derivative by this key; empty if there is one."""
     section, last = key.partition(".")[0], key.rpartition(".")[2]
     if section in OF_THE_SOLUTION:
         return f"belongs to [{section}], which says how the scene is computed"

@@ -1,4 +1,4 @@
-"""Scatter of outputs that uncertain numbers of a scene cause."""
+"""Scatter of outputs due to uncertain parameters of a scene."""
 
 import hashlib
 import json
@@ -29,22 +29,22 @@ if TYPE_CHECKING:
     import xarray as xr
 
 METHODS = ("first", "chaos", "samples")
-#: Runs with which first order checks itself, and the least R^2 with which an answer counts.
+#: Number of runs that check the first-order method, and the least R^2 for a valid answer.
 CHECKS, LEAST = 8, 0.8
-#: Points of the expansion that its 5 and 95 % are read from; part of failed runs that may be left out.
+#: Points of the expansion used for its 5 and 95 % quantiles; fraction of failed runs that may be left out.
 POINTS, FAILED = 100_000, 0.1
 
 
 @dataclass(frozen=True)
 class Uncertain:
-    """A number with its distribution; sigma: in its own unit."""
+    """A parameter with its distribution; sigma: in its own unit."""
 
     parameter: Parameter
     kind: str
     sigma: float
 
     def x(self, xi: NDArray[Any]) -> NDArray[Any]:
-        """Change of the Parameter, in its scale, where a standard normal variable is xi."""
+        """Change of the Parameter, in its scale, for values xi of a standard normal variable."""
         p, sigma = self.parameter, self.sigma
         centre = 1.0 if math.isnan(p.value) else p.value
         if self.kind == "lognormal":
@@ -58,7 +58,7 @@ class Uncertain:
 
 
 def uncertain_of(scene: Scene) -> list[Uncertain]:
-    """Those of the section [uncertain] of a scene.  Raises InputError."""
+    """Parameters in the section [uncertain] of a scene.  Raises InputError."""
     if not scene.uncertain:
         raise InputError("uncertain: must be given, with the standard deviation of at least one number of the scene.")
     found = []
@@ -82,16 +82,16 @@ def uncertainty(
     out: str | Path | None = None,
     **overrides: Any,
 ) -> "xr.Dataset":
-    """Mean, standard deviation, 5 and 95 % of outputs whose scene has numbers in [uncertain].
+    """Mean, standard deviation, 5 and 95 % quantiles of outputs of a scene with a section [uncertain].
 
     method: "first", from derivatives of one run and `CHECKS` runs that check it; "chaos", an expansion of order 2 in
-    Hermite polynomials, from twice as many runs as it has terms; "samples" of a Latin hypercube (100).  runs: how many.
-    of: outputs; default: largest tensions and lean.  out: folder of uncertain.nc and of the runs, which are kept there,
-    spread over ranks and not computed again.
+    Hermite polynomials, from twice as many runs as it has terms; "samples", a Latin hypercube (100).  runs: their
+    number. of: outputs; default: largest tensions and lean.  out: folder for uncertain.nc and the runs, which are kept
+    there, distributed over ranks and not computed again.
 
-    Returns, on rank 0, over `output`: mean, sigma, p05, p95, r2 of the model in runs that it does not know, and over
-    (parameter, output) `share` of the variance by that number alone.  Where r2 < 0.8 the linear answer is nan.
-    Raises InputError, SolveError where the run or too many of its variants fail.
+    Returns, on rank 0, over `output`: mean, sigma, p05, p95, and r2 of the model in runs not used to fit it; over
+    (parameter, output): `share` of the variance due to that parameter alone.  If r2 < 0.8 the linear answer is nan.
+    Raises InputError, and SolveError if the run or too many of its variants fail.
     """
     import tempfile
 
@@ -122,7 +122,7 @@ def uncertainty(
 
 
 def _hypercube(count: int, size: int) -> NDArray[Any]:
-    """Standard normal variables (count, size): of each one in every `count`-th of its probability."""
+    """Standard normal variables (count, size), each with one value in every `count`-th of its probability."""
     from scipy.stats import norm
 
     rng = np.random.default_rng(0)
@@ -131,7 +131,7 @@ def _hypercube(count: int, size: int) -> NDArray[Any]:
 
 
 def _computed(base: Scene, numbers: list[Uncertain], xi: NDArray[Any], folder: Path) -> list[dict[str, Any]]:
-    """Outputs of the runs, by "NAME of PART"; the rows of failed ones have "failed"."""
+    """Outputs of the runs, one row each; rows of failed runs have "failed"."""
     x = np.column_stack([one.x(column) for one, column in zip(numbers, xi.T, strict=True)])
     digest = hashlib.sha256(json.dumps(base.to_dict(), sort_keys=True).encode()).hexdigest()[:20]
     cases = [{"base": digest, "x": row.tolist()} for row in x]
@@ -151,7 +151,7 @@ def _evaluate(base: Scene, parameters: list[Parameter], case: dict[str, Any]) ->
 
 
 def _of(rows: list[dict[str, Any]], of: Sequence[str] | None) -> dict[Output, NDArray[Any]]:
-    """Values of the outputs asked for in all runs, nan in failed ones.  Raises SolveError if too many failed."""
+    """Values of the requested outputs in all runs, nan in failed ones.  Raises SolveError if too many failed."""
     good = [row for row in rows if "outputs" in row]
     if len(good) < (1 - FAILED) * len(rows):
         raise SolveError(
@@ -198,7 +198,7 @@ def _described(base, numbers, values, xi, method, slopes):
 
 
 def _first(numbers, slopes, output, xi, y):
-    """From derivatives; checked by runs.  The mean is that of the run."""
+    """First-order estimates from derivatives, checked by runs.  The mean is the value of the run."""
     at = np.flatnonzero((slopes.output.values == str(output)) & (slopes.output_of.values == output.part))[0]
     slope = slopes.d_output.values[:, at] * [one.parameter.scale for one in numbers]
     value = float(slopes.output_value.values[at])
@@ -212,7 +212,7 @@ def _first(numbers, slopes, output, xi, y):
 
 
 def _terms(size: int) -> list[tuple[int, ...]]:
-    """Exponents of the polynomials of order 2 at most in so many variables, the constant first."""
+    """Exponents of the polynomials of order up to 2 in `size` variables, the constant first."""
     units = np.eye(size, dtype=int)
     found = [np.zeros(size, dtype=int), *units]
     found += [units[i] + units[j] for i in range(size) for j in range(i, size)]
@@ -227,7 +227,7 @@ def _basis(xi: NDArray[Any]) -> tuple[NDArray[Any], list[tuple[int, ...]]]:
 
 
 def _chaos(xi, y):
-    """From least squares; r2 by leaving one run out after the other."""
+    """Estimates from a least-squares fit; r2 by leave-one-out cross-validation."""
     basis, exponents = _basis(xi)
     c, *_ = np.linalg.lstsq(basis, y, rcond=None)
     hat = np.sum((basis @ np.linalg.pinv(basis.T @ basis)) * basis, axis=1)
@@ -244,7 +244,7 @@ def _chaos(xi, y):
 
 
 def _sampled(xi, y):
-    """Numbers of the samples; shares from their correlations with each number, 0 of what is the same in all."""
+    """Estimates from samples; shares from correlations with each parameter, 0 for a constant output."""
     low, high = np.percentile(y, [5, 95])
     share = [np.corrcoef(column, y)[0, 1] ** 2 if np.ptp(y) else 0.0 for column in xi.T]
     return (y.mean(), y.std(ddof=1), low, high, math.nan), np.array(share)
