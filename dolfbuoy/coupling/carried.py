@@ -1,4 +1,4 @@
-"""A vessel that a caller moves: its pose is one, and the ends of lines and take-offs on it follow."""
+"""A vessel moved by a caller: it has one pose, which the ends of lines and take-offs on it follow."""
 
 import math
 from typing import Any
@@ -13,9 +13,9 @@ from .paths import Array, Pose, Wrench
 
 
 class Carried:
-    """Ends on a vessel that rests in its scene; `path`: its pose, of the reference point and the axes [m, quaternion].
+    """Ends on a vessel that rests in its scene; `path`: its pose, reference point and axes [m, quaternion].
 
-    Raises InputError for a vessel that the scene moves, or that holds lines in a direction.
+    Raises InputError for a vessel that is moved by the scene, or that clamps lines.
     """
 
     def __init__(self, simulation: Simulation, vessel: Vessel):

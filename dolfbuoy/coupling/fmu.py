@@ -1,4 +1,4 @@
-"""A scene as FMU for co-simulation by FMI 3.0, which calls the dolfbuoy that made it."""
+"""A scene as an FMU for co-simulation (FMI 3.0), which calls the dolfbuoy that made it."""
 
 import platform
 import re
@@ -19,7 +19,7 @@ from .paths import Pose
 from .served import WINCH
 from .session import Session
 
-#: Units by the exponents of SI's base units.
+#: Units as exponents of the SI base units.
 UNITS = {
     "s": {"s": 1},
     "m": {"m": 1},
@@ -36,7 +36,7 @@ MOMENT = [("mx", "N.m"), ("my", "N.m"), ("mz", "N.m")]
 
 
 class Variable(NamedTuple):
-    """A number of the FMU; start: of an input."""
+    """A variable of the FMU; start: initial value of an input."""
 
     name: str
     unit: str | None
@@ -46,7 +46,7 @@ class Variable(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Names and numbers of what the FMU has, in the order of fmu.c."""
+    """Names and sizes of the FMU's variables, in the order of fmu.c."""
 
     driven: list[str]
     starts: list[float]
@@ -57,7 +57,7 @@ class Layout(NamedTuple):
 
 
 def layout_of(session: Session) -> Layout:
-    """Layout for a session at its start."""
+    """Layout of a session at its start."""
     network, driven = session.scene.network, list(session.paths)
     free = [name for name in network.buoys if name not in driven]
     inputs, outputs, starts = [], [], []
@@ -84,10 +84,10 @@ def layout_of(session: Session) -> Layout:
 
 
 def export(scene: "Scene", target: Path, driven: Iterable[str] = ()) -> Layout:
-    """Write an FMU; its name without .fmu is that of the model.
+    """Write an FMU; its file name without .fmu is the name of the model.
 
-    driven: as for a Session.  Raises InputError for what cannot be driven, SolveError where the scene has no
-    equilibrium, OSError.
+    driven: as for a Session.  Raises InputError for parts that cannot be driven, SolveError if the scene has no
+    equilibrium, and OSError.
     """
     with Session(scene, driven=driven) as session:
         if session.comm.size > 1:
@@ -122,7 +122,7 @@ def _header(layout: Layout, token: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Bytes of a text as a string in C has them."""
+    """A text as the bytes of a C string."""
     return "".join(f"\\{byte:03o}" for byte in text.encode())
 
 

@@ -1,4 +1,4 @@
-"""Forces that a caller's function of time and state gives, in the solve of every step."""
+"""Forces given by a caller's function of time and state, within the solve of every step."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,15 +11,15 @@ from ..model.rigid import rotation_of
 from ..motion.simulation import Simulation
 from .paths import Array, BodyState, PointState
 
-#: Change of an unknown, relative to its typical size, by which derivatives are differences.
+#: Step of finite differences, relative to the typical size of an unknown.
 DIFFERENCE = 1e-6
 
 
 class Force:
-    """A load on rows of the equations, evaluated anew wherever Newton's method is; and its derivative there.
+    """A load on rows of the equations, evaluated with its derivative in every Newton iteration.
 
-    `rows`: of the force (3), of a buoy and of the moment (6).  Their columns: unknowns that the state is made of.
-    function: (t, state) -> force [N], of a buoy perhaps (force, moment [N m]); None: there is no such load any more.
+    `rows`: of the force (3) and, for a buoy, of the moment (6).  Columns: unknowns of the state.
+    function: (t, state) -> force [N], for a buoy optionally (force, moment [N m]); None: the load has ended.
     """
 
     def __init__(self, simulation: Simulation, rows: Array, body: Any = None) -> None:
@@ -42,14 +42,14 @@ class Force:
         y = self.system.u[self._columns]
         load = self._load(y)
         self.system.loads[self.rows] = -load
-        if not self.simulation.newton.numbers.valid:  # a matrix is about to be made
+        if not self.simulation.newton.numbers.valid:  # a matrix is about to be assembled
             for k, step in enumerate(DIFFERENCE * self._sizes):
                 near = y.copy()
                 near[k] += step
                 self._slopes[self._places[:, k]] = -(self._load(near) - load) / step
 
     def stop(self) -> None:
-        """Be no load."""
+        """End the load."""
         self.function = None
         self._slopes[self._places] = 0.0
 
@@ -74,7 +74,7 @@ class Force:
 
 
 def state_of(body: Any, numbers: Array) -> BodyState:
-    """Motion of a Buoy from the numbers of its state."""
+    """Motion of a Buoy from its state vector."""
     y, inertia = MOTION.of(numbers), np.array(body.mass.inertia)
     q4 = y.orientation / np.linalg.norm(y.orientation)
     R = rotation_of(q4)

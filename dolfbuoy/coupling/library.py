@@ -1,7 +1,7 @@
-"""The shared library libdolfbuoy, compiled for this Python: it embeds it, and calls `served`.
+"""The shared library libdolfbuoy, compiled for this Python, which it embeds; it calls `served`.
 
-Embedded rather than a server apart, with which every step would wait for two processes to be woken, as long as a step
-of a short line itself takes; and a session ends with the program that holds it.  cffi writes the glue.
+Python is embedded because with a separate server every step would wait for two processes to wake up, as long as a step
+of a short line takes; and a session ends with the program that holds it.  cffi writes the glue code.
 """
 
 import sysconfig
@@ -14,7 +14,7 @@ from ..core.build import Unit, shared_library
 FOLDER = Path(__file__).parent
 HEADER, LIBRARY = "dolfbuoy.h", "libdolfbuoy.so"
 
-#: In the Python that is embedded: what this one imports, before what the system has.
+#: Code run by the embedded Python: this Python's packages come before the system's.
 START = """
 import site, sys
 known = list(sys.path)
@@ -28,9 +28,9 @@ serve(ffi)
 
 
 def build(target: Path, more: Sequence[Path] = (), options: Sequence[str] = ()) -> Path:
-    """Compile the library, perhaps with more C files, to a path that ends in .so; returns it.
+    """Compile the library, optionally with more C files, to a path that ends in .so; returns the path.
 
-    Raises InputError where there is no C compiler or no Python to be embedded, OSError.
+    Raises InputError without a C compiler or an embeddable Python, and OSError.
     """
     from cffi import FFI, recompiler
 

@@ -1,4 +1,4 @@
-"""Parts of a scene that a caller can drive, load or read, by their names."""
+"""Parts of a scene that a caller can drive, load or read, by name."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -15,7 +15,7 @@ from .paths import Array
 
 
 def ends_of(network: Network, name: str) -> list[tuple[int, int]]:
-    """[(piece, end: 0 at s = 0, 1 at s = L)] of "CABLE.from" or "CABLE.to", or of all lines at a joint."""
+    """[(piece, end: 0 at s = 0, 1 at s = L)] for "CABLE.from" or "CABLE.to", or for all lines at a joint."""
     cable, _, which = name.rpartition(".")
     if cable in network.cables and which in ("from", "to"):
         number = network.cables.index(cable)
@@ -26,7 +26,7 @@ def ends_of(network: Network, name: str) -> list[tuple[int, int]]:
 
 
 def driven_ends(network: Network, name: str) -> list[tuple[int, int]]:
-    """`ends_of` what the caller drives.  Raises InputError for what is not held, or moved by the scene."""
+    """`ends_of` a driven name.  Raises InputError for ends that are not held, or are moved by the scene."""
     pairs = ends_of(network, name)
     kinds = {network.pieces[k].ends[i].kind for k, i in pairs}
     if kinds == {"fixed"}:
@@ -38,7 +38,7 @@ def driven_ends(network: Network, name: str) -> list[tuple[int, int]]:
 
 
 def drivable(network: Network) -> list[str]:
-    """Names of what can be driven."""
+    """Names of the parts that can be driven."""
     found = [name for name in network.buoys if _moored(network, name)]
     for number, cable in enumerate(network.cables):
         for which, k, i in (("from", network.first_of(number), 0), ("to", network.last_of(number), 1)):
@@ -49,9 +49,9 @@ def drivable(network: Network) -> list[str]:
 
 
 def holding_joints(scene: Scene, driven: Iterable[str], comm: Any) -> Scene:
-    """The scene with its free joints that a caller drives held where they rest, without their bodies.
+    """The scene with the driven free joints held at their rest positions, without their bodies.
 
-    Raises InputError for a joint at which lines go on without a kink, or from which a take-off leads to what is held.
+    Raises InputError for a joint with a weld, or if both ends of a take-off would be held.
     """
     free = {joint.name: joint for joint in scene.joint or [] if joint.position is None}
     chosen = [name for name in driven if name in free]
@@ -86,14 +86,14 @@ def end_now(problem: Any, piece: int, end: int) -> list[float]:
 
 
 def _place_of(problem: Problem, name: str) -> tuple[float, ...]:
-    """Place of a joint [m], on every rank."""
+    """Position of a joint [m], on every rank."""
     return tuple(end_now(problem, *problem.network.meetings()[name][0]))
 
 
 def wound_piece(network: Network, name: str) -> int | None:
-    """Number of the piece whose length "CABLE.winch" or "CABLE.NUMBER.winch" is; None for another name.
+    """Number of the piece whose length is "CABLE.winch" or "CABLE.NUMBER.winch"; None for other names.
 
-    Raises InputError for a length that the scene changes itself.
+    Raises InputError for a length that the scene itself changes.
     """
     names = {f"{network.name_of(k)}.winch": k for k in range(len(network.pieces))}
     piece = names.get(name)
@@ -103,7 +103,7 @@ def wound_piece(network: Network, name: str) -> int | None:
 
 
 def mean_tension(problem: Any, piece: int) -> float:
-    """Mean of the tension along a piece of line [N], on every rank: what a winch that winds all of it alike feels."""
+    """Mean tension along a piece of line [N], on every rank: that felt by a winch that winds it uniformly."""
     lines, number = problem.lines.holder(piece)
     cells = lines.cells_of[number]
     sizes = np.diff(lines.cell_ends)[cells, 0]
@@ -125,9 +125,9 @@ def _moored(network: Network, name: str) -> bool:
 
 
 def loaded_rows(problem: Any, name: str, driven: Any) -> tuple[int, Array]:
-    """Number of components of a load on a part, 6 or 3, and the rows of the System for them; none on other ranks.
+    """Number of components of a load on a part, 6 or 3, and their rows in the System; none on other ranks.
 
-    driven: names of buoys and ends that the caller moves.  Raises InputError for what takes no load.
+    driven: names of buoys and ends moved by the caller.  Raises InputError for parts that cannot be loaded.
     """
     network = problem.network
     if name in network.buoys and name not in driven:
@@ -140,7 +140,7 @@ def loaded_rows(problem: Any, name: str, driven: Any) -> tuple[int, Array]:
         tops = {cable: network.pieces[network.last_of(k)].ends[1] for k, cable in enumerate(network.cables)}
         known += [f"{cable}.to" for cable, top in tops.items() if top.kind == "free"]
         raise InputError(f"load: {name!r} must be of what moves freely: {', '.join(known) or 'there is nothing'}.")
-    if name in network.bodies:  # its rows, not those of a line there, whose tension is read off them
+    if name in network.bodies:  # its rows, not those of a line there, which give its tension
         bodies = problem.bodies
         return 3, bodies.part.offset + bodies.dofs[bodies.names.index(name)] if bodies else np.zeros(0, int)
     piece, end = pairs[0]

@@ -1,4 +1,4 @@
-"""Motions of what a caller drives, between the instants at which it gives them, and what it reads of a body."""
+"""Motions of driven parts between the instants given by the caller, and states that it reads."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,9 +12,9 @@ from ..errors import InputError
 Array = NDArray[Any]
 Numbers = Sequence[float]
 
-#: Largest number that is taken as a coordinate [m], and as a load [N, N m].
+#: Largest number accepted as a coordinate [m], and as a load [N, N m].
 FARTHEST, LARGEST = 1e9, 1e15
-#: Parts of a step by which two times may differ and be one.
+#: Fraction of a step within which two times are equal.
 SAME = 1e-9
 
 
@@ -42,29 +42,29 @@ class Wrench(NamedTuple):
 
 
 class Path:
-    """Position [m] of a driven end, as a function of time over the step under way.
+    """Position of a driven end [m] as a function of time over the current step.
 
-    With a velocity at the end of the step it is the cubic that has positions and velocities of both ends (Hermite; its
-    error is of order 4 in the step, and the velocity has no jumps), without one the parabola through the last three
-    positions (order 3), at first the straight line through two.  In plain numbers: arrays of three cost more.
+    With a velocity at the end of the step it is the cubic Hermite interpolant of positions and velocities at both ends
+    (error of order 4 in the step, continuous velocity); without one, the parabola through the last three positions
+    (order 3), at first a straight line.  Uses plain numbers, as small arrays cost more.
 
-    function: of time, in its place.
+    function: of time, used instead.
     """
 
     def __init__(self, t: float, value: Numbers) -> None:
-        """At rest since long before t."""
+        """Start at rest, as for a long time before t."""
         rest = [0.0] * len(value)
-        #: (time, value, rate or None) where the step before began, where this one does, and where it ends.
+        #: (time, value, rate or None) at the beginnings of the previous and this step, and at its end.
         self.before: tuple[float, Numbers, Any] | None = None
         self.start: tuple[float, Numbers, Any] = (t, value, rest)
         self.end: tuple[float, Numbers, Any] = (t, value, rest)
         self.function: Callable[[float], Any] | None = None
         self._rest = rest
-        self._last: tuple[Any, ...] = ()  # what `go` and `stay` changed
+        self._last: tuple[Any, ...] = ()  # values before `go` or `stay`
         self._powers: list[Array] | None = None
 
     def go(self, end: float, value: Numbers, rate: Numbers | None = None) -> None:
-        """Be at `value` at the time `end` of the step that begins now; rate: there."""
+        """Start a step that ends at the time `end` at this value and rate."""
         self._last = self.before, self.start, self.end
         if rate is not None and self.end[2] is None:
             self.end = (*self.end[:2], self._inside(self.end[0])[1])
@@ -72,13 +72,13 @@ class Path:
         self._powers = None
 
     def target(self, name: str, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, ...]:
-        """Value and rate (or None) from what a caller gives for the end of a step.  Raises InputError."""
+        """Value and rate (or None) from the caller's data for the end of a step.  Raises InputError."""
         if orientation is not None or spin is not None:
             raise InputError(f"{name!r} is an end of a line: it has a position and a velocity only.")
         return numbers_of("position", position, 3), None if velocity is None else numbers_of("velocity", velocity, 3)
 
     def follow(self, end: float, target: tuple[Any, ...] | None) -> None:
-        """Take the step to the time `end`: to what the function gives, to a `target`, or stay."""
+        """Take the step to the time `end`: to the value of the function, to a `target`, or stay."""
         if self.function is not None:
             target = self._given(self.function(end))
         if target is None:
@@ -90,14 +90,14 @@ class Path:
         return place, None
 
     def stay(self, end: float) -> None:
-        """Rest where it is until the time `end`."""
+        """Stay in place until the time `end`."""
         self._last = self.before, self.start, self.end
         value = self.end[1]
         self.before, self.start, self.end = None, (self.end[0], value, self._rest), (end, value, self._rest)
         self._powers = [np.zeros(len(value))]
 
     def cut(self, t: float) -> None:
-        """End the step under way, in which a solve failed, at the time t that was reached."""
+        """End the current step, in which a solve failed, at the time t reached."""
         if t > self.start[0]:
             value, rate = self._inside(t)
             self.end = (t, list(value), None if self.end[2] is None else list(rate))
@@ -145,10 +145,10 @@ def _cubic(change: Array, v0: Array, v1: Array) -> list[Array]:
 
 
 class Pose(Path):
-    """As Path, of a body: position of C [m] and quaternion; called, it gives what `Buoy.moving_state` takes."""
+    """Path of a body: position of C [m] and quaternion; a call returns the argument of `Buoy.moving_state`."""
 
     def target(self, name: str, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, ...]:
-        """As of a Path; orientation: a quaternion.  Velocity and spin are of the world frame, or both None."""
+        """As for a Path; orientation: a quaternion.  Velocity and spin are in the world frame, or both None."""
         if orientation is None or (velocity is None) != (spin is None):
             raise InputError(f"{name!r} needs position and orientation, and velocity and angular_velocity or none.")
         turn = numbers_of("orientation", orientation, 4)
@@ -160,7 +160,7 @@ class Pose(Path):
     def _pair(self, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, Any]:
         size = math.hypot(*orientation)
         old = self.end[1][3:]
-        size = size if sum(a * b for a, b in zip(orientation, old, strict=True)) >= 0 else -size  # the nearer way
+        size = size if sum(a * b for a, b in zip(orientation, old, strict=True)) >= 0 else -size  # the shorter way
         q4 = [x / size for x in orientation]
         if velocity is None or spin is None:
             return [*position, *q4], None
@@ -182,10 +182,10 @@ class Pose(Path):
 
 
 class Length(Path):
-    """As Path, of one number: the unstretched length of a line [m]."""
+    """Path of a single number, the unstretched length of a line [m]."""
 
     def target(self, name: str, position: Any, orientation: Any, velocity: Any, spin: Any) -> tuple[Any, ...]:
-        """As of a Path; position and velocity may be plain numbers."""
+        """As for a Path; position and velocity may be plain numbers."""
         if orientation is not None or spin is not None:
             raise InputError(f"{name!r} is a length: it has a position and a velocity only.")
         (place,) = numbers_of("position", np.ravel(position), 1)
@@ -209,7 +209,7 @@ def product(p: Numbers, q: Numbers) -> list[float]:
 
 
 def numbers_of(key: str, value: Any, count: int, most: float = FARTHEST) -> Any:
-    """Numbers of a caller as a list; None stays None.  Raises InputError."""
+    """A caller's numbers as a list; None stays None.  Raises InputError."""
     if value is None:
         return None
     try:

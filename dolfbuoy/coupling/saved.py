@@ -1,4 +1,4 @@
-"""State of a Session at an instant, copies of what it holds, and bytes that another session of the scene reads."""
+"""State of a Session at an instant: copies of its data, and bytes that another session of the scene can read."""
 
 import base64
 import json
@@ -12,7 +12,7 @@ from .paths import Wrench
 if TYPE_CHECKING:
     from .session import Session
 
-#: What belongs to an instant besides the Simulation.
+#: Attributes of a Session that belong to an instant, besides the Simulation.
 OWN = ("_series", "_required", "_targets")
 
 
@@ -36,7 +36,7 @@ def copied(tree: Any) -> Any:
 
 
 def own_of(session: "Session") -> dict[str, Any]:
-    """A copy of what belongs to an instant besides the Simulation."""
+    """A copy of the session's data of an instant, besides the Simulation."""
     system = session.simulation.system
     return {name: copied(getattr(session, name)) for name in OWN} | {
         "loads": system.loads.copy() if "loads" in vars(system) else 0.0,
@@ -46,7 +46,7 @@ def own_of(session: "Session") -> dict[str, Any]:
 
 
 def put_back(session: "Session", own: dict[str, Any]) -> None:
-    """Take all of `own_of` but the functions."""
+    """Restore everything from `own_of` except functions."""
     for name in OWN:
         setattr(session, name, copied(own[name]))
     for name, path in session.paths.items():
@@ -57,7 +57,7 @@ def put_back(session: "Session", own: dict[str, Any]) -> None:
 
 
 def kept(session: "Session") -> dict[str, Any]:
-    """`own_of` for a checkpoint: functions of Python, and what they load, have to be given again."""
+    """`own_of` for a checkpoint, without Python functions and their loads, which must be given again."""
     own = own_of(session)
     own["functions"] = [name for name, force in session._forces.items() if force.function is not None]
     for name in own["functions"]:
@@ -68,7 +68,7 @@ def kept(session: "Session") -> dict[str, Any]:
 
 
 def take_up(session: "Session", state: dict[str, Any]) -> bool:
-    """Go on with what `kept` put in the state of a checkpoint; False where that is of other driven things."""
+    """Continue from the result of `kept` in a checkpoint; False if other parts were driven."""
     try:
         own = _tree(json.loads(state.get("session", '{"dict": [["paths", {"dict": []}]]}')))
         same = {*own["paths"]} == {*session.paths}
@@ -99,7 +99,7 @@ def pack(session: "Session", saved: Saved) -> bytes:
 
 
 def unpack(session: "Session", content: bytes) -> Saved:
-    """See `Session.unpack`.  It runs no code, whoever made the bytes."""
+    """See `Session.unpack`.  Runs no code from the bytes, which need not be trusted."""
     try:
         tree = _tree(json.loads(content))
         scene, driven, state, own = (tree[name] for name in ("scene", "driven", "state", "own"))

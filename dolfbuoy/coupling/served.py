@@ -1,4 +1,4 @@
-"""The functions of dolfbuoy.h, which the shared library calls in the Python that it embeds."""
+"""The functions of dolfbuoy.h, called by the shared library in its embedded Python."""
 
 import sys
 import traceback
@@ -13,13 +13,13 @@ from .paths import Array, Pose
 from .saved import Saved
 from .session import Session
 
-#: End of the name of a length that is driven.
+#: Ending of the name of a driven length.
 WINCH = ".winch"
 DONE, FAILED, REFUSED, BROKEN = 0, 1, 2, 3
 
 
 class Client:
-    """A session as a program in C sees it: chosen step by step, then opened; arrays of all that is driven."""
+    """A session as seen by a C program: set up step by step, then opened; with arrays of all driven parts."""
 
     def __init__(self, scene: str) -> None:
         self.scene = scene
@@ -33,43 +33,43 @@ class Client:
 
     @property
     def session(self) -> Session:
-        """The Session, once it is open."""
+        """The Session, once opened."""
         if self._session is None:
             raise InputError("dolfbuoy_init must be called before.")
         return self._session
 
     def choose(self, place: Callable[[], object]) -> None:
-        """Do what must come before the session opens."""
+        """Make a choice that must precede the opening of the session."""
         if self._session is not None:
             raise InputError("dolfbuoy_init was called already: the scene can no longer be changed.")
         place()
 
     def open(self) -> None:
-        """Find the equilibrium."""
+        """Open the session, which finds the equilibrium."""
         self.choose(lambda: None)
         self._session = Session(self.scene, self.folder, driven=self.names, **self.changes)
 
     def bodies(self) -> list[bool]:
-        """True for each thing that is driven and is a body."""
+        """For each driven part, True if it is a body."""
         paths = self.session.paths
         return [isinstance(paths[name], Pose) for name in self.names]
 
     def counts(self) -> list[tuple[int, int]]:
-        """Numbers of x, and of v or f, of each thing that is driven; a winch has a length, its rate and a tension."""
+        """Sizes of x, and of v or f, of each driven part; a winch has a length, its rate and a tension."""
         pairs = zip(self.names, self.bodies(), strict=True)
         return [(7, 6) if body else (1, 1) if name.endswith(WINCH) else (3, 3) for name, body in pairs]
 
     def sizes(self) -> tuple[int, int]:
-        """Count of the numbers of x and of v or f."""
+        """Total sizes of x, and of v or f."""
         counts = self.counts()
         return sum(of_x for of_x, _ in counts), sum(of_v for _, of_v in counts)
 
     def places(self) -> Array:
-        """x of all that is driven."""
+        """Positions x of all driven parts."""
         return np.concatenate([np.zeros(0), *(self.session.paths[name].end[1] for name in self.names)])
 
     def forces(self) -> Array:
-        """f of all that is driven."""
+        """Forces f of all driven parts."""
         s = self.session
         pairs = zip(self.names, self.bodies(), strict=True)
         return np.concatenate(
@@ -77,7 +77,7 @@ class Client:
         )
 
     def step(self, x: Array, v: Array | None, dt: float) -> None:
-        """Drive everything there, and go on."""
+        """Drive all parts to x and advance by dt."""
         at = of_v = 0
         for name, (count, speeds) in zip(self.names, self.counts(), strict=True):
             place, speed = x[at : at + count], None if v is None else v[of_v : of_v + speeds]
@@ -90,7 +90,7 @@ class Client:
         self.session.step(dt)
 
     def values(self, quantity: str, count: int) -> Array:
-        """Numbers of a quantity of a record.  Raises InputError."""
+        """Values of a recorded quantity.  Raises InputError."""
         known = self.session.values()
         found = known.get(quantity)
         if found is None or np.size(found) != count:
@@ -99,26 +99,26 @@ class Client:
         return np.ravel(found)
 
     def save(self) -> int:
-        """Keep the present instant; returns its number."""
+        """Save the present instant; returns its number."""
         self._count += 1
         self._saved[self._count] = self.session.save()
         return self._count
 
     def restore(self, number: int) -> None:
-        """Be where `save` was called.  Raises InputError for another number."""
+        """Return to the instant of this number.  Raises InputError for an unknown number."""
         self.session.restore(self._known(number))
 
     def forget(self, number: int) -> None:
-        """Give back the memory of that instant.  Raises InputError for another number."""
+        """Free the memory of a saved instant.  Raises InputError for an unknown number."""
         self._known(number)
         del self._saved[number]
 
     def pack(self, number: int) -> bytes:
-        """The instant of that number as bytes."""
+        """The instant of this number as bytes."""
         return self.session.pack(self._known(number))
 
     def unpack(self, content: bytes) -> int:
-        """Keep the instant of such bytes; returns its number."""
+        """Save the instant in bytes from `pack`; returns its number."""
         saved = self.session.unpack(content)
         self._count += 1
         self._saved[self._count] = saved
@@ -136,7 +136,7 @@ class Client:
 
 
 def serve(ffi: Any) -> None:
-    """Be what the library calls; ffi: of its compiled declarations."""
+    """Register the functions that the library calls; ffi: of its compiled declarations."""
     alive: dict[int, Any] = {}
     if not getattr(sys, "argv", None) or not sys.argv[0]:
         sys.argv = ["libdolfbuoy"]
@@ -152,7 +152,7 @@ def serve(ffi: Any) -> None:
             ffi.buffer(pointer, 8 * len(values))[:] = np.ascontiguousarray(values, dtype=float).tobytes()
 
     def function(do: Callable[..., object]) -> None:
-        """Let C call dolfbuoy_NAME, a function of a Client; its errors become numbers and a message."""
+        """Let C call dolfbuoy_NAME, a function of a Client; errors become codes and a message."""
 
         def call(pointer: Any, *arguments: Any) -> int:
             client, code = ffi.from_handle(ffi.cast("void *", pointer)), DONE

@@ -1,7 +1,7 @@
-"""A scene that a caller advances step by step: drives, loads, reads, goes back.
+"""A scene that a caller advances step by step, drives, loads, reads and rewinds.
 
-World frame: z up, z = 0 at still water.  SI units, angles in rad.  Quaternions (q0, q1, q2, q3), q0 first, turn vectors
-of the body into those of the world.  Forces are those on the caller's side, as each function says.
+World frame: z up, z = 0 at still water.  SI units, angles in rad.  Quaternions (q0, q1, q2, q3), q0 first, rotate
+vectors from body to world.  Forces are those on the caller's side, as documented for each function.
 """
 
 import math
@@ -35,17 +35,17 @@ from .saved import Saved, copied, kept, own_of, pack, put_back, take_up, unpack
 
 
 class Session:
-    """A scene at t = 0 in its equilibrium, or from a checkpoint, that goes on when it is told to; a context manager.
+    """A scene in its equilibrium at t = 0, or from a checkpoint, advanced by the caller; a context manager.
 
-    scene: as for `simulate`, with a section [time]: its step is the longest that is taken, its end does not count.
-    driven: names of what the caller will move.  Ends of lines that the scene holds: "CABLE.from", "CABLE.to", or the
-    name of a joint, which is held there then, without its body if it was free; buoys, which then move as the caller
-    says and no force on them matters; vessels that rest in the scene; and "CABLE.winch", the unstretched length of a
-    line, or "CABLE.NUMBER.winch" of one of its segments.
+    scene: as for `simulate`, with a section [time]: its step is the longest allowed, its end is ignored.
+    driven: names of the parts that the caller moves.  Held ends of lines: "CABLE.from", "CABLE.to", or the name of a
+    joint, which if free is then held, without its body; buoys, which then follow the caller regardless of the forces on
+    them; vessels that rest in the scene; and "CABLE.winch", the unstretched length of a line, or "CABLE.NUMBER.winch"
+    for one of its segments.
     out: folder for results.nc, scene.toml and checkpoint.npz, written as in a run; without it nothing is recorded.
-    resume: folder of a run or session to go on with, instead of scene and out.  comm: on several ranks all functions
-    are collective.  overwrite, overrides: as for `simulate`.
-    Raises InputError for an impossible scene, folder or name, SolveError when no equilibrium is found.
+    resume: folder of a run or session to continue, instead of scene and out.  comm: on several ranks all functions are
+    collective.  overwrite, overrides: as for `simulate`.
+    Raises InputError for an invalid scene, folder or name, SolveError if no equilibrium is found.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Session:
                 self.scene = names.holding_joints(self.scene, driven, comm)
             if folder is not None:
                 self._open.enter_context(folders.claimed(folder, comm))
-                point = point and checkpoint.load(folder, comm.size)  # nobody writes there any more
+                point = point and checkpoint.load(folder, comm.size)  # no other process writes there now
                 self._take(File(folder), point, overwrite)
             self._begin(driven, point)
             if folder is not None:
@@ -83,7 +83,7 @@ class Session:
     # -- set-up -------------------------------------------------------------------------------------------------------
 
     def _take(self, folder: File, point: checkpoint.Checkpoint | None, overwrite: bool) -> None:
-        """Be ready to write in a folder."""
+        """Prepare to write in a folder."""
         if point is not None:
             folders.go_on(folder, self.scene, self.comm)
         else:
@@ -105,7 +105,7 @@ class Session:
             names.check_body(network, name)
         self.paths: dict[str, Path] = {}
         self._targets: dict[str, tuple[Any, ...]] = {}
-        self._ends: dict[str, list[tuple[int, int]]] = {}  # of names that `pull` was asked for
+        self._ends: dict[str, list[tuple[int, int]]] = {}  # by names requested from `pull`
         self._forces: dict[str, Force] = {}
         state = point.states[self.comm.rank] if point else None
         self.simulation = Simulation(self.scene, self.comm, state, driven=bodies)
@@ -124,18 +124,18 @@ class Session:
                 self.simulation.drive(piece, end, self.paths[name])
         time: Any = self.scene.time
         self._step, self._longest = time.step, time.step if time.tolerance is None else math.inf
-        self._series = self.t, -1.0, 0  # where steps of one size began, their size and number
+        self._series = self.t, -1.0, 0  # start, size and number of equal steps
         self._required = {name: Wrench(np.zeros(3), np.zeros(3)) for name in bodies}
         self._observer: Observer | None = None
-        #: (t, name) of functions that loaded something when a checkpoint was written: its matrix has their slopes.
+        #: (t, name) of functions that were loads when the checkpoint was written: its matrix has their slopes.
         self._awaited: set[tuple[float, str]] = set()
         if state is None or not take_up(self, state):
             self._find_required()
 
     def _place(self, name: str, t: float) -> Any:
-        """Motion of a driven body at a time, as `Buoy.moving_state` takes it."""
+        """Motion of a driven body at a time, as needed by `Buoy.moving_state`."""
         path = self.paths.get(name)
-        return path and path(t)  # None while a run starts: it is where the scene has it
+        return path and path(t)  # None while a run starts: it is at its position in the scene
 
     # -- what the caller does -----------------------------------------------------------------------------------------
 
@@ -147,14 +147,14 @@ class Session:
         velocity: Any = None,
         angular_velocity: Any = None,
     ) -> None:
-        """Move something driven over the next step; without a call it stays where it is.
+        """Move a driven part over the next step; without a call it stays in place.
 
-        position: of an end of a line, or of C of a buoy, or length of a line, at the end of the step [m]; or a function
-        of time, which holds until another call: t -> position of an end, or length; of a buoy (position, orientation,
+        position: of an end of a line, of C of a buoy, or length of a line, at the end of the step [m]; or a function of
+        time that holds until the next call: t -> position of an end, or length; for a buoy (position, orientation,
         velocity, angular_velocity).
-        orientation: of a buoy, a quaternion.  velocity [m/s] and, of a buoy, angular_velocity [rad/s]: at the end of
-        the step.  Shorter steps in between follow the cubic through positions and velocities of both its ends (error of
-        order 4 in the step); without velocities the parabola through the last three positions (order 3), at first a
+        orientation: of a buoy, a quaternion.  velocity [m/s] and, for a buoy, angular_velocity [rad/s]: at the end of
+        the step.  Shorter steps in between follow the cubic through positions and velocities at both ends (error of
+        order 4 in the step); without velocities, the parabola through the last three positions (order 3), at first a
         straight line.
         """
         path = self.paths.get(name)
@@ -167,12 +167,12 @@ class Session:
             path.function = None
 
     def load(self, name: str, force: Any = (0.0, 0.0, 0.0), moment: Any = (0.0, 0.0, 0.0)) -> None:
-        """Put a force [N] and a moment [N m] (world frame) on a part, from the next step on until another call.
+        """Apply a force [N] and a moment [N m] (world frame) to a part, from the next step until another call.
 
-        name: a buoy that is not driven, with the force at C; a free joint, or "CABLE.to" that is free, without moment.
-        The load is that at the end of every step, where the equations are solved.  force: or a function (t, state) ->
-        force, of a buoy perhaps (force, moment), that belongs to the equations: it is evaluated in Newton's method with
-        a derivative by differences, state being a BodyState, or a PointState.
+        name: a buoy that is not driven, with the force at C; a free joint or a free "CABLE.to", without moment.
+        The load applies at the end of every step, where the equations are solved.  force may be a function (t, state)
+        -> force, for a buoy optionally (force, moment), which becomes part of the equations: it is evaluated in
+        Newton's method, with a finite-difference derivative; state is a BodyState or a PointState.
         """
         given = None
         if not callable(force):
@@ -192,7 +192,7 @@ class Session:
             self.simulation.system.loads[rows] = [-x for pair in given for x in pair][:count]
 
     def step(self, dt: float | None = None) -> None:
-        """Go on by dt [s], by default the scene's step.  Steps of one size are counted: k dt is the time, not a sum."""
+        """Advance by dt [s], by default the scene's step.  Equal steps are counted: the time is k dt, not a sum."""
         dt = self._step if dt is None else dt
         begin, size, count = self._series
         if dt != size or abs(begin + count * size - self.simulation.t) > 1e-9 * dt:
@@ -203,9 +203,9 @@ class Session:
         self._series = begin, dt, count + 1
 
     def advance_to(self, t: float) -> None:
-        """Go on to the time t [s], in equal steps of at most the scene's, or with a tolerance as that asks.
+        """Advance to the time t [s], in equal steps of at most the scene's, or in adaptive steps with a tolerance.
 
-        What is driven moves there over this time.  Raises SolveError if a step fails for good, at an earlier time.
+        Driven parts reach their targets at t.  Raises SolveError, at an earlier time, if a step fails for good.
         """
         simulation, targets = self.simulation, self._targets
         begin, size = simulation.t, simulation.control.step
@@ -228,8 +228,8 @@ class Session:
             self._find_required()
 
     def _give_up(self, begin: float, size: float) -> None:
-        """Be ready for another try where a solve failed: with steps as large as before, from where all that is driven
-        has come to; a past of ever smaller steps would upset the next one."""
+        """Prepare for another try after a failed solve, from where the driven parts have come to.
+        With steps as large as before, since a history of ever smaller steps would upset the next one."""
         for path in self.paths.values():
             path.cut(self.t)
         self.simulation.control.step = size
@@ -237,37 +237,37 @@ class Session:
             self.simulation.past.forget()
 
     def save(self) -> Saved:
-        """The present instant, in memory; any number of them may be kept as long as the session is open."""
+        """Save the present instant in memory; any number of instants may be kept while the session is open."""
         simulation = self.simulation
         state = copied(simulation.state())
         mark = self._recorder.mark() if self._recorder is not None else None
         return Saved(id(self), state, simulation.newton.numbers.assembled, own_of(self), mark)
 
     def pack(self, saved: Saved) -> bytes:
-        """A kept instant as bytes, which `unpack` of another session of this scene reads, in any process.
+        """A saved instant as bytes, to be read by `unpack` of another session of this scene, in any process.
 
-        Raises InputError where a function of Python moves or loads anything, or the session writes a record.
+        Raises InputError if a Python function moves or loads anything, or if the session writes a record.
         """
         return pack(self, saved)
 
     def unpack(self, content: bytes) -> Saved:
-        """The instant that `pack` put in bytes, for `restore` here: what follows is the same, bit for bit.
+        """The instant in bytes from `pack`, for `restore` here; the continuation is identical, bit for bit.
 
-        Raises InputError for other bytes, or those of another scene or of other driven things.
+        Raises InputError for invalid bytes, or those of another scene or of other driven parts.
         """
         return unpack(self, content)
 
     def restore(self, saved: Saved) -> None:
-        """Be at that instant again, bit for bit: what follows is what would have followed then.
+        """Return to a saved instant, bit for bit: the continuation is the same as it would have been then.
 
-        The record forgets what came after it.  What is driven and loaded is as it was.
+        Later rows of the record are dropped.  Driven positions and loads are restored too.
         """
         if saved.session != id(self):
             raise InputError("restore: the state is that of another session.")
         if self._recorder is not None and saved.mark is None:
             raise InputError("restore: the session writes a record, which a state from elsewhere has no part in.")
         numbers, state = self.simulation.newton.numbers, saved.state
-        same = numbers.assembled == saved.assembled  # the matrix has not been made anew since, nor its factors
+        same = numbers.assembled == saved.assembled  # neither the matrix nor its factors have been renewed since
         if same:
             state = state | {"newton": state["newton"] | {"matrix": None}}
         self.simulation.restore(state)
@@ -284,14 +284,14 @@ class Session:
 
     @property
     def t(self) -> float:
-        """The time that was reached [s]."""
+        """Time reached [s]."""
         return float(self.simulation.t)
 
     def pull(self, name: str) -> Array:
-        """Force of the lines [N] on what holds their end: "CABLE.from", "CABLE.to", or a joint that the scene holds.
+        """Force of the lines on the support of their end [N]: "CABLE.from", "CABLE.to", or a held joint.
 
-        World frame.  The record has the opposite, the force that holds the end.  Of a driven "CABLE.winch" one number,
-        the mean tension of what it winds.
+        World frame.  The record has the opposite, the force that holds the end.  For a driven "CABLE.winch" a single
+        number, the mean tension of the line that it winds.
         """
         wound = names.wound_piece(self.scene.network, name) if name.endswith(".winch") and name in self.paths else None
         if wound is not None:
@@ -308,8 +308,8 @@ class Session:
         return total
 
     def pulls(self, buoy: str) -> Wrench:
-        """Force [N] and moment [N m] of all lines and take-offs on a buoy, about C, world frame; or on a driven vessel,
-        about its reference point."""
+        """Force [N] and moment [N m] of all lines and take-offs on a buoy, or on a driven vessel, in the world frame.
+        The moment is about C, or about the reference point of the vessel."""
         if buoy in self.carried:
             return self.carried[buoy].pulls()
         problem, found = self.simulation.problem, None
@@ -327,9 +327,9 @@ class Session:
         return Wrench(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
 
     def required(self, buoy: str) -> Wrench:
-        """Force [N] and moment about C [N m], world frame, with which the caller moves a driven buoy as it does.
+        """Force [N] and moment about C [N m], world frame, that the caller must apply to move a driven buoy as given.
 
-        They carry its inertia, weight and hull besides its lines; 0 at the start, before the first step.
+        They include its inertia, weight and hull forces as well as its lines; 0 before the first step.
         """
         if buoy not in self._required:
             raise InputError(f"{buoy!r} must be a buoy that is driven: {', '.join(self._required) or 'none is'}.")
@@ -344,7 +344,7 @@ class Session:
         return BodyState(*bcast(self.comm, found, problem.buoy_ranks[buoy]))
 
     def values(self) -> dict[str, Array]:
-        """Quantities of this instant by their names in a record, with its signs, on rank 0: tensions, poses, ..."""
+        """Quantities of this instant by name as in a record, with the same signs, on rank 0: tensions, poses, ..."""
         return self.observer.values({})
 
     def shape(self) -> dict[str, Array]:
@@ -361,7 +361,7 @@ class Session:
         return self._observer
 
     def elevation(self, points: Any) -> Array:
-        """Surface of the undisturbed water over points (..., 3) at this instant [m]."""
+        """Elevation of the undisturbed water surface at points (..., 3) at this instant [m]."""
         return elevation_at(self.scene, self.t, points)
 
     def water_velocity(self, points: Any) -> Array:
@@ -375,7 +375,7 @@ class Session:
         return name
 
     def _find_required(self) -> None:
-        """The residual of a driven buoy's rows, which Newton evaluated last."""
+        """Take `required` from the residual of a driven buoy's rows in the last Newton evaluation."""
         problem = self.simulation.problem
         for name in self._required if self.t > 0 else ():
             found = None

@@ -1,1 +1,1 @@
-"""One HTML file that shows a result and needs nothing else: no network, no installation."""
+"""Self-contained HTML pages of results, which need neither network nor installation."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Page(NamedTuple):
-    """Name of a page, the kind of result that it belongs to, and what makes its text from the file of the result."""
+    """Name of a page, the kind of its result, and the function that makes its text from the result's file."""
 
     name: str
     kind: str
@@ -29,9 +29,9 @@ class Page(NamedTuple):
 
 
 def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
-    """Write the page of a result in a folder, one of PAGES, or of all that are there; returns the files.
+    """Write the page of a result in a folder, one of PAGES, or of all results there; returns the files.
 
-    Raises InputError if there is none, or if a file of the user's would be replaced.
+    Raises InputError if there is no result, or if a file of the user's would be replaced.
     """
     folder, written = Path(folder), []
     for result, page in PAGES.items():
@@ -69,7 +69,7 @@ def _of_others(file: Path) -> str:
         return make(read(file))
 
 
-#: Page of each result, by the name of its file.
+#: Page of each result, by file name of the result.
 PAGES = {
     "results.nc": Page("page.html", "run", _run),
     "modes.nc": Page("modes.html", "modes", _of_others),
@@ -85,7 +85,7 @@ class Shown:
         self.page, self.height = page, height
 
     def _repr_html_(self) -> str:
-        """A frame that holds the page; its scripts cannot reach the notebook."""
+        """A frame with the page, whose scripts cannot reach the notebook."""
         held = html.escape(self.page)
         look = f"width: 100%; height: {self.height}px; border: 1px solid #d5dce3"
         return f'<iframe srcdoc="{held}" sandbox="allow-scripts" style="{look}" title="dolfbuoy"></iframe>'
@@ -95,10 +95,10 @@ class Shown:
 
 
 def show(record: xr.Dataset, scene: Scene | None = None, height: int = 820) -> Shown:
-    """The page of a record with its replay, in a frame of that height [pixels].
+    """The page of a record with its replay, in a frame of this height [pixels].
 
-    record: of `simulate`, opened with xarray, or of `modes`.  scene: by default the one that the record carries.
-    Raises InputError for what has no page.
+    record: from `simulate`, opened with xarray, or from `modes`.  scene: by default that in the record.
+    Raises InputError for a dataset without a page.
     """
     if "eigenvalue" in record:
         from .result_pages import modes_page

@@ -1,6 +1,6 @@
-"""One HTML file that needs nothing else: style, text, data, script, and a policy that lets in only these.
+"""A self-contained HTML file: style, text, data, script, and a security policy that allows only these.
 
-Whatever comes from a scene enters as escaped text or inside the JSON block, where `<` cannot end it.
+Anything from a scene enters as escaped text or inside the JSON block, where `<` cannot end it.
 """
 
 import base64
@@ -19,23 +19,22 @@ class Markup(str):
 
 
 def tag(name: str, *children: Any, **attributes: Any) -> Markup:
-    """An element; children that are not Markup are escaped, attributes too.  class_ is class, a_b is a-b."""
+    """An element; children other than Markup and attributes are escaped.  class_ is class, a_b is a-b."""
     given = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
     return Markup(f"<{name}{given}>{joined(children)}</{name}>")
 
 
 def joined(children: Iterable[Any]) -> Markup:
-    """Children one after another."""
+    """Children joined together."""
     return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
 
 
 def page(
     title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any] | None = None, script: str = ""
 ) -> str:
-    """The file of a page: title, lines below it, the button for the colours, the parts, and data for the script.
+    """HTML of a page: title, lines below it, button for the colours, parts, and data for the script.
 
-    script: name of a module in this folder, which comes with those that it imports; without one the page may have
-    images in it.
+    script: name of a module in this folder, included with its imports; without one the page may contain images.
     """
     button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet") if script else None
     top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
@@ -57,12 +56,12 @@ def page(
 
 
 def style_sheet() -> str:
-    """Style of all pages; the dark colours are those of the system's choice and of the button's."""
+    """Style of all pages; dark colours by the system's setting or by the button."""
     return _read("page.css").replace("{{dark}}", _read("dark.css"))
 
 
 def as_json(data: dict[str, Any]) -> str:
-    """JSON that may stand inside an HTML element; what is not finite becomes null."""
+    """JSON that is safe inside an HTML element; non-finite numbers become null."""
     text = json.dumps(_finite(data), separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -80,7 +79,7 @@ def _read(name: str) -> str:
 
 
 def _with_imports(name: str) -> str:
-    """One module of several that import each other's names: each once, after those that it needs, without imports."""
+    """A script module with those that it imports: each once, after those that it needs, without import statements."""
     found = {}
 
     def add(name: str) -> None:
@@ -95,7 +94,7 @@ def _with_imports(name: str) -> str:
 
 
 def fragment(name: str, **parts: str) -> Markup:
-    """A piece of a page from its file, with texts in the places that it names."""
+    """A piece of a page from its file, with texts in its named places."""
     return Markup(re.sub(r"\{\{(\w+)\}\}", lambda found: html.escape(parts[found[1]]), _read(f"{name}.html")))
 
 
@@ -106,7 +105,7 @@ def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:
 
 
 def table(headings: Iterable[str], rows: Iterable[Iterable[Any]], caption: str = "") -> Markup:
-    """A table whose first column names its rows."""
+    """A table whose first column heads its rows."""
     head = tag("thead", tag("tr", *(tag("th", text, scope="col") for text in headings)))
     body = [tag("tr", tag("th", first, scope="row"), *(tag("td", cell) for cell in rest)) for first, *rest in rows]
     parts = [tag("caption", caption)] if caption else []
@@ -114,12 +113,12 @@ def table(headings: Iterable[str], rows: Iterable[Iterable[Any]], caption: str =
 
 
 def paragraphs(sentences: Iterable[str]) -> Markup:
-    """One each."""
+    """A paragraph for each sentence."""
     return joined(tag("p", sentence) for sentence in sentences)
 
 
 def warnings(sentences: list[str]) -> Markup | None:
-    """Warnings that the reader must see first; None if there is nothing."""
+    """Warnings that the reader must see first; None if there are none."""
     if not sentences:
         return None
     word = "Warning" if len(sentences) == 1 else f"{len(sentences)} warnings"
@@ -128,7 +127,7 @@ def warnings(sentences: list[str]) -> Markup | None:
 
 
 def scene(text: str, command: str = "run", common: bool = False) -> Markup:
-    """The complete scene, folded; the command reproduces the result from it; common: to all cases of a sweep."""
+    """The complete scene, folded, and the command that reproduces the result; common: to all cases of a sweep."""
     folded = tag(
         "details", tag("summary", "The complete scene, defaults included (TOML)"), tag("pre", text, tabindex="0")
     )
@@ -138,7 +137,7 @@ def scene(text: str, command: str = "run", common: bool = False) -> Markup:
 
 
 def versions(attributes: dict[str, Any]) -> Markup:
-    """Versions that computed the record, and when."""
+    """Versions and date of the record."""
     names = [(key.removeprefix("version_"), value) for key, value in attributes.items() if key.startswith("version_")]
     known = [
         (word, attributes[key]) for word, key in (("computed", "created"), ("ranks", "ranks")) if key in attributes

@@ -1,4 +1,4 @@
-"""Arrays as text in JSON: exact, in single precision, or in 16 bits with a scale, little-endian in base64."""
+"""Arrays as JSON text: exact, in single precision, or in scaled 16-bit integers, little-endian in base64."""
 
 import base64
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: What stands for "no number" among 16-bit integers.
+#: The 16-bit integer that represents nan.
 NOTHING = -32768
 
 
@@ -15,17 +15,17 @@ def _packed(array: NDArray[Any], kind: str, **more: Any) -> dict[str, Any]:
 
 
 def exact(values: NDArray[Any]) -> dict[str, Any]:
-    """In double precision."""
+    """Pack in double precision."""
     return _packed(np.asarray(values, dtype="<f8"), "f8")
 
 
 def single(values: NDArray[Any]) -> dict[str, Any]:
-    """In single precision: seven digits, for numbers that are read."""
+    """Pack in single precision: seven digits, for numbers that are read."""
     return _packed(np.asarray(values, dtype="<f4"), "f4")
 
 
 def coarse(values: NDArray[Any] | list[float]) -> dict[str, Any]:
-    """In 16 bits: to 1/131068 of the range of all, for pictures; nan stays."""
+    """Pack in 16 bits: to 1/131068 of the whole range, for pictures; keeps nan."""
     values = np.asarray(values, dtype=float)
     finite = np.isfinite(values)
     low, high = (values.min(where=finite, initial=np.inf), values.max(where=finite, initial=-np.inf))
@@ -37,8 +37,8 @@ def coarse(values: NDArray[Any] | list[float]) -> dict[str, Any]:
 
 
 def chosen_rows(columns: list[NDArray[Any]], count: int) -> NDArray[Any]:
-    """At most about `count` rows of columns of one length, in order: evenly spaced ones, and in each of some equal
-    parts those of the least and largest value of every column, so that no peak is lost; all if there are no more."""
+    """About `count` rows at most of columns of equal length, in order; all if there are no more.
+    Evenly spaced rows, and those of the extremes of every column in equal intervals, so that no peak is lost."""
     rows = len(columns[0])
     if rows <= count:
         return np.arange(rows)

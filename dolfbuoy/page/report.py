@@ -1,4 +1,4 @@
-"""The report of a run or a sweep: what was computed, with which inputs, and whether its criteria are met; on paper."""
+"""The printable report of a run or a sweep: inputs, results, and whether the criteria are met."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from ..results.style import Figure
     from ..scene import Scene
 
-#: Figures of a run in its report, in this order, with their captions; of several lines or buoys of that which governs.
+#: Figures in the report of a run, in order, with captions; of several lines or buoys, for the governing one.
 FIGURES = {
     "snapshot": "The system at the end of the run.",
     "tension": "Tension at both ends of the line.",
@@ -45,12 +45,12 @@ FIGURES = {
     "cone_angle": "Lean of the buoy.",
     "curvature": "Curvature along the line.",
 }
-#: Cases of a sweep that are listed, and values of a key that varies.
+#: Most cases of a sweep that are listed, and most values of a varied key.
 MOST_CASES, MOST_VALUES = 200, 12
 
 
 def report_of(folder: Path) -> tuple[str, str]:
-    """(kind of the result, HTML of its report) of the folder of a run or of a sweep.  Raises InputError."""
+    """(kind of the result, HTML of its report) for the folder of a run or sweep.  Raises InputError."""
     if os.path.isfile(folder / "sweep.nc"):
         with fitting(folder / "sweep.nc"):
             return "sweep", of_sweep(read(folder / "sweep.nc"), folder)
@@ -85,7 +85,7 @@ def of_run(record: xr.Dataset, scene: Scene) -> str:
 
 
 def of_sweep(dataset: xr.Dataset, folder: Path) -> str:
-    """HTML of the report of a sweep, with the statistics of its cases where they go beyond their ramp."""
+    """HTML of the report of a sweep, with statistics of the cases that run beyond their ramp."""
     from ..results.sweep_figure import draw
 
     scene = scene_of(dataset)
@@ -120,7 +120,7 @@ def _sheet(*parts: Markup | None) -> Markup:
 
 
 def _revision(scene: Scene, attributes: dict[str, Any]) -> Markup:
-    """Who signs what, and the program that computed it."""
+    """Table of project, author, revision and date, and the program version."""
     named = [(name, getattr(scene, name)) for name in ("project", "author", "revision")]
     program = attributes.get("computed_by") or f"dolfbuoy {attributes.get('version_dolfbuoy', '')}".strip()
     rows = [(name, text) for name, text in [*named, ("computed", attributes.get("created", ""))] if text]
@@ -128,7 +128,7 @@ def _revision(scene: Scene, attributes: dict[str, Any]) -> Markup:
 
 
 def _conclusion(scene: Scene, judged: list[judging.Verdict]) -> Markup:
-    """Verdict on all criteria, and a sentence on each that is not met."""
+    """Verdict on all criteria, and a sentence for each that is not met."""
     missed = judging.never_met(judged)
     if scene.criteria is None:
         said = ["No criteria were given: [criteria] in the scene names them."]
@@ -149,9 +149,9 @@ def _criteria(judged: list[judging.Verdict]) -> Markup | None:
 
 
 def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str, str] | None = None) -> Markup:
-    """The scene in words, its values, sources of its materials, and the load cases; varied: key -> its values."""
+    """The scene in words, its values, sources of its materials, and load cases; varied: key -> its values."""
     others = dict(varied or {})
-    seeds = others.pop(SEED, "") if scene.waves is not None and scene.waves.irregular else ""  # the sea has them
+    seeds = others.pop(SEED, "") if scene.waves is not None and scene.waves.irregular else ""  # shown with the sea
     over = "; ".join(f"{key} {values}" for key, values in others.items())
     said = [f"Over the cases vary {over}; elsewhere stand those of the scene that they begin from."] if over else []
     values = [row for row in inputs_of(scene) if row.section != "criteria"]
@@ -171,7 +171,7 @@ def _inputs(scene: Scene, cases: Iterable[tuple[str, str]], varied: Mapping[str,
 
 
 def in_words(scene: Scene, seeds: str = "") -> list[str]:
-    """Sentences about what a scene is: its lines, its buoys, the water, the wind; seeds: in place of its own."""
+    """Sentences that describe a scene: lines, buoys, water, wind; seeds: shown instead of its own."""
     network, found = scene.network, []
     water = f"{scene.sea.depth:g} m of water" if scene.sea else "air"
     bed = ", lying on the sea bed where it touches it" if scene.seabed else ""
@@ -222,7 +222,7 @@ def _sea(scene: Scene, seeds: str = "") -> str:
 
 
 def _chance(waves: Any, seeds: str) -> str:
-    """The seeds of a sea that has one; a sea of components has none."""
+    """The seeds of a sea in words; a sea given by components has none."""
     if seeds:
         return f", seeds {seeds}"
     return f", seed {waves.seed}" if waves.spectrum is not None else ""
@@ -233,7 +233,7 @@ def _duration(scene: Scene) -> str:
 
 
 def _cases(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """Each case of a sweep: what varies, and how it ended."""
+    """Each case of a sweep: its changes, and how it ended."""
     keys = dataset.attrs["varied"].split(", ")
     for i in range(min(dataset.sizes["case"], MOST_CASES)):
         one = dataset.isel(case=i)
@@ -249,7 +249,7 @@ def _cases(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 
 def _varied(dataset: xr.Dataset) -> dict[str, str]:
-    """The keys that a sweep varies, and their values; of many numbers the range and how many they are."""
+    """The varied keys of a sweep and their values; for many numbers, their range and count."""
     found = {}
     for key in dataset.attrs["varied"].split(", "):
         values = list(dict.fromkeys(dataset[key.replace(".", "_")].values.tolist()))
@@ -261,7 +261,7 @@ def _varied(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None:
-    """Statistics of all cases together, and the verdicts that govern; None if none ran beyond its ramp."""
+    """Statistics of all cases together, and the governing verdicts; None if no case ran beyond its ramp."""
     from ..results.sample import Fatigue
     from ..results.statistics import runs_of, together
 
@@ -273,7 +273,7 @@ def _statistics(folder: Path) -> tuple[xr.Dataset, list[judging.Verdict]] | None
 
 
 def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
-    """Table of the largest and smallest of every quantity of all cases, with the most probable extreme of a set."""
+    """Table of the extremes of every quantity over all cases, with the most probable maximum of a set."""
     from ..results.quantities import declared, shown_in
     from ..results.sample import LASTS
     from ..results.series import LASTING, each_series
@@ -298,7 +298,7 @@ def _extremes(found: xr.Dataset, notes: list[str]) -> Markup:
 
 
 def _largest(values: NDArray[Any]) -> str:
-    """The largest of those that there are, with four digits; empty without one."""
+    """The largest finite value, to four digits; empty if there is none."""
     return rounded(float(np.nanmax(values)), 4) if np.isfinite(values).any() else ""
 
 
@@ -310,7 +310,7 @@ def _settings(scene: Scene) -> list[tuple[str, str]]:
 
 
 def _of_run(record: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Figure]]:
-    """(what it shows, figure) of a run, those that it has data for."""
+    """(caption, figure) for every figure that a run has data for."""
     from ..results import figures  # noqa: F401  # which register themselves
     from ..results.parts import names_of
     from ..results.style import FIGURES as KNOWN
@@ -328,7 +328,7 @@ def _of_run(record: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Figure]]:
 
 
 def _governing(record: xr.Dataset, kind: str, names: list[str]) -> str | None:
-    """The line with the largest tension, or the buoy that leans most; the first where a record does not say."""
+    """The line with the largest tension, or the buoy that leans most; the first if the record has neither."""
     values = record.get({"cable": "tension_top", "buoy": "cone_angle"}.get(kind, ""))
     if values is None or len(names) < 2:
         return next(iter(names), None)
@@ -336,7 +336,7 @@ def _governing(record: xr.Dataset, kind: str, names: list[str]) -> str | None:
 
 
 def _figures(every: Iterable[tuple[str, Figure]]) -> Markup:
-    """Figures as images in the page, with what they show."""
+    """Figures as images in the page, with captions."""
     shown = []
     for words, figure in every:
         file = io.BytesIO()
@@ -348,6 +348,6 @@ def _figures(every: Iterable[tuple[str, Figure]]) -> Markup:
 
 
 def _appendix(scene: Scene, attributes: dict[str, Any]) -> Markup:
-    """Versions, and the scene that reproduces it, of a sweep that of all cases."""
+    """Versions, and the scene that reproduces the result (common to all cases of a sweep)."""
     scene_of_it = html.scene(scene.to_toml(), common="varied" in attributes)
     return tag("div", html.versions(attributes), scene_of_it, class_="grid")

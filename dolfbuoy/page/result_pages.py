@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from ..scene.sections import Scene
 
-#: Numbers of statistics up to which all are in the page; of more only the largest values, means and deviations.
+#: Most numbers for which the page has all statistics; with more, only maxima, means and standard deviations.
 MOST_NUMBERS = 600_000
 FEWER = ("maximum", "mean", "standard_deviation")
 
@@ -58,7 +58,7 @@ def sweep_data(dataset: xr.Dataset) -> dict[str, Any]:
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
     quantities = each_series(dataset, "mean")
     kept = STATISTICS if len(quantities) * len(STATISTICS) * dataset.sizes["case"] <= MOST_NUMBERS else FEWER
-    records = _listed(dataset.record.values) if "record" in dataset else []  # none of them leads anywhere else
+    records = _listed(dataset.record.values) if "record" in dataset else []  # none links elsewhere
     return {
         "kind": "sweep",
         "varied": varied,
@@ -132,7 +132,7 @@ def _mode(dataset: xr.Dataset, number: int) -> dict[str, Any]:
 
 
 def precision_page(rows: list[dict[str, Any]], notes: list[str], scene: str = "") -> str:
-    """HTML of the rows and notes of work-precision.json, and of the title of its scene."""
+    """HTML of the rows and notes of work-precision.json, with the title of its scene."""
     title = f"Work and precision of {scene}" if scene else "Work and precision"
     quantities = []
     for name in (name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)):

@@ -1,4 +1,4 @@
-"""The page of a run: replay, series, envelope, track, spectra, tables, and what the numbers are worth."""
+"""The page of a run: replay, series, envelope, track, spectra, tables, and the accuracy of the numbers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 def run_page(
     record: xr.Dataset, scene: Scene | None = None, case: str | None = None, slopes: xr.Dataset | None = None
 ) -> str:
-    """HTML of a record with its time; case: of a sweep, what varies there; slopes: of `sensitivity`, of the same scene.
+    """HTML of the record of a run; case: changes in a sweep; slopes: result of `sensitivity` for the same scene.
 
     Raises InputError for a record without a scene.
     """
@@ -75,7 +75,7 @@ def run_page(
 
 
 def inputs(scene: Scene, effects: str) -> Markup:
-    """The section: values of the scene that differ from their defaults, and the effects that were compiled in."""
+    """The section of values of the scene that differ from their defaults, and of compiled effects."""
     rows = inputs_of(scene)
     folded = tag(
         "details",
@@ -86,7 +86,7 @@ def inputs(scene: Scene, effects: str) -> Markup:
 
 
 def criteria(record: xr.Dataset, scene: Scene) -> Markup | None:
-    """The section: what governs of each criterion; None of a scene without."""
+    """The section of criteria, with the governing part of each; None without criteria."""
     judged = governing(verdicts(record, scene))
     return section("criteria", "Criteria", table(HEADINGS, [one.row() for one in judged])) if judged else None
 
@@ -114,13 +114,13 @@ def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "envelopes": envelopes(parts, scene),
         "spectra": spectra(parts, scene),
         "view": view_of(frames, rows),
-        "headings": list(headings.items()),  # [x, y] in which waves, current, and wind and force on each buoy push
+        "headings": list(headings.items()),  # directions [x, y] of waves, current, and wind and force on each buoy
         "anchors": frames.at(frames.times[0]).x[[span.node.start for span in frames.spans], :2].tolist(),
     }
 
 
-#: Key figures: label, kind of its part, quantity that it needs, the output that has its error bar (empty: none), unit,
-#: and how it follows from the record of a part.
+#: Key figures: label, kind of part, required quantity, output with its error bar (empty: none), unit, and function that
+#: computes it from the record of a part.
 LARGEST = (
     ("largest tension, upper end", "line", "tension_top", "tension_top", "N", lambda part: part.tension_top.values),
     (
@@ -144,8 +144,8 @@ LARGEST = (
 
 
 def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
-    """The largest of each key figure over all parts, with its time: a number, and where to jump; its error bar where it
-    was estimated, and of forces what is exceeded there for longer."""
+    """The largest value of each key figure over all parts, and its time, to which the replay can jump.
+    With its error bar if estimated and, for forces, the lasting level."""
     found = []
     for label, kind, quantity, output, unit, series in LARGEST:
         able = [(name, part, series(part)) for name, part in parts if quantity in part]
@@ -155,7 +155,7 @@ def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
         row = int(np.nanargmax(values))
         shown, factor = unit_of(values, unit)
         estimated, bar = extremes(part).get(output, {}).get("max", (math.nan, math.nan))
-        known = abs(estimated - values[row]) <= bar + 1e-9 * abs(estimated)  # else that is the largest of the ramp
+        known = abs(estimated - values[row]) <= bar + 1e-9 * abs(estimated)  # else the largest is in the ramp
         value, error = number_with(factor * values[row], factor * bar if known else math.nan)
         moment: dict[str, Any] = {"label": f"{name}: {label}" if name else label, "value": value}
         moment["bar"] = f" ± {error}" if error else ""
@@ -166,7 +166,7 @@ def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
 
 
 def _keys(moments: list[dict[str, Any]]) -> Markup | None:
-    """Large numbers; each is a button that shows its moment."""
+    """Key figures as buttons that show their instant."""
     items = [
         tag(
             "button",
@@ -186,7 +186,7 @@ def _keys(moments: list[dict[str, Any]]) -> Markup | None:
 
 
 def movers(slopes: xr.Dataset, scene: Scene) -> Markup | None:
-    """The section: elasticities of outputs, the largest first, with bars; None for other results than a run's."""
+    """The section of elasticities of outputs, largest first, with bars; None for results other than a run's."""
     if "elasticity" not in slopes:
         return None
     computed = (load_scene(one, accuracy=None, title="") for one in (tomllib.loads(slopes.attrs["scene"]), scene))
@@ -208,14 +208,14 @@ def movers(slopes: xr.Dataset, scene: Scene) -> Markup | None:
 
 
 def _bar(share: float) -> Markup:
-    """A bar to the left or to the right, as long as the share of the largest."""
+    """A bar to the left or right, with length relative to the largest."""
     width = 30 * min(1.0, abs(share)) if np.isfinite(share) else 0.0
     rect = tag("rect", x=30 - width if share < 0 else 30, y=1, width=f"{width:.2f}", height=8, fill="currentColor")
     return tag("svg", rect, viewBox="0 0 60 10", width=60, height=10, aria_hidden="true")
 
 
 def worth(record: xr.Dataset, scene: Scene) -> Markup:
-    """The section: settings, what the scheme leaves of free motions, and error bars if they were estimated."""
+    """The section of settings, amplitudes left by the scheme, and error bars if estimated."""
     rows = [
         (f"{r.part}: {r.name}" if r.part else r.name, r.value, r.bar, r.step, r.mesh, r.unit, r.verdict, r.chance)
         for r in rows_of(record)
@@ -242,9 +242,9 @@ def worth(record: xr.Dataset, scene: Scene) -> Markup:
 
 
 def settings_of(record: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
-    """Name and value of each setting with which it was computed."""
+    """Name and value of each setting of the computation."""
     time, steps = scene.time, record.time_step.values[1:]
-    if time is None:  # no run has none
+    if time is None:  # not a run
         return []
     step = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
     if time.tolerance is not None and len(steps):
@@ -267,9 +267,9 @@ def settings_of(record: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
 
 
 def _periods(scene: Scene) -> Markup | None:
-    """Table of the part of a free motion's amplitude that the scheme leaves."""
+    """Table of the fractions of free motions' amplitudes left by the scheme."""
     try:
-        periods = check(scene, MPI.COMM_SELF).periods  # a page is written by one rank
+        periods = check(scene, MPI.COMM_SELF).periods  # one rank writes a page
     except (InputError, SolveError):  # without its equilibrium
         periods = derived(scene).periods
     if not periods or scene.time is None or not scene.time.end:

@@ -1,4 +1,4 @@
-"""Series of a run as panels of curves, those of a spectrum, of the lines, and of the track from above."""
+"""Series of a run as panels of curves; spectra, envelopes of the lines, and track."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from ..results.parts import Part
     from ..scene.sections import Scene
 
-#: Rows of the part of the file that holds series: about so many bytes of text.
+#: Approximate limit of the text that holds series [bytes].
 MOST_OF_SERIES = 1_250_000
 
 
-#: Kinds of parts whose panels are chosen together, by dimension; devices are all shown.
+#: Kinds of parts by dimension, whose panels are chosen together; all devices are shown.
 KINDS = {"buoy": "buoy", "take_off": "device", "winch": "device", "vessel": "device"}
 
 
 class Panel(dict[str, Any]):
-    """A chart over time: {part, title, unit, factor, curves: [{name, values, bars}]}; part: the cable or buoy it is of.
+    """A chart over time: {part, title, unit, factor, curves: [{name, values, bars}]}; part: its cable or buoy.
 
     bars: [{t, value, bar}], error bars of a curve's extremes, in its own unit.
     """
@@ -59,7 +59,7 @@ def columns_of(parts: list[Part]) -> list[tuple[Any, ...]]:
 
 
 def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[Line]]]:
-    """Title -> (kind, unit, curves) of what a part of a record has, as it is declared."""
+    """Title -> (kind, unit, curves) of the declared curves that a part of a record has."""
     found: dict[str, tuple[str, str, list[Line]]] = {}
     estimated = extremes(record)
     for quantity in QUANTITIES.values():
@@ -82,18 +82,18 @@ def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[Line]]]:
     return found
 
 
-#: Curves of places in one panel.
+#: Most curves of places in one panel.
 MOST_PLACES = 6
 
 
 def _at_places(names: NDArray[Any], values: NDArray[Any]) -> Iterator[Line]:
-    """Tensions of those places whose tension varies most."""
+    """Tensions at the places where they vary most."""
     for k in sorted(np.argsort(-np.ptp(values, axis=0), kind="stable")[:MOST_PLACES]):
         segment, _, where = str(names[k]).partition(AT)
         yield Line(f"{segment.partition('.')[2]} {where}".strip(), values[:, k])
 
 
-#: Curves share an axis unless together they span so many times what the widest of the first spans.
+#: Curves share an axis unless together they span this many times the range of the widest of the first.
 APART = 3.0
 
 
@@ -107,7 +107,7 @@ def _fit(first: list[Line], *others: Line) -> Any:
 def _split(title: str, unit: str, curves: list[Line]) -> list[tuple[str, str, float, list[Line]]]:
     """Panels of curves: one, unless one axis would hide some of them.
 
-    Of x and y each then has its own; of the turns, the yaw.
+    Then x and y get a panel each; among the angles, yaw does.
     """
     if title == "horizontal position of C" and not _fit(curves):
         return [(f"{line.name} of C", unit, 1.0, [line]) for line in curves]
@@ -117,7 +117,7 @@ def _split(title: str, unit: str, curves: list[Line]) -> list[tuple[str, str, fl
 
 
 def rows_that_fit(record: xr.Dataset, parts: list[Part], columns: list[tuple[Any, ...]]) -> int:
-    """Number of instants there is room for."""
+    """Number of instants that fit."""
     bodies = sum("buoy_position" in part.record for part in parts)
     forces = sum(int(np.prod(record[name].shape[1:])) for name in ("mooring_force", "anchor_force") if name in record)
     width = 8 + 4 * sum(len(curves) for *_, curves in columns) + 14 * bodies + 2 * forces
@@ -137,7 +137,7 @@ def panels(columns: list[tuple[Any, ...]], rows: NDArray[Any]) -> list[Panel]:
 
 
 def envelopes(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
-    """The `Envelope` of every cable [N], as `figures.envelope` shows it."""
+    """The `Envelope` of every cable [N], as in `figures.envelope`."""
     found = []
     for name, record in parts:
         if "cable_tension_maximum" not in record:
@@ -154,7 +154,7 @@ def envelopes(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
 
 
 def spectra(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
-    """Power spectral densities of tensions and motions, as the figures have them; none of what is too short."""
+    """Power spectral densities of tensions and motions, as in the figures; none for records that are too short."""
     found = []
     for name, record in parts:
         for title, unit, curves in _quantities(record):
@@ -163,7 +163,7 @@ def spectra(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
             except TooShort:
                 continue
             f, (end, low, high) = densities[0][1], window_of(densities, period)
-            kept = f <= end  # beyond nothing is seen any more
+            kept = f <= end  # nothing is visible beyond
             packed = [{"name": label, "values": single(S[kept])} for label, _, S in densities]
             one = {"part": name, "title": title, "unit": unit, "frequency": single(f[kept]), "curves": packed}
             found.append(one | {"drive": 1 / period if period else None, "low": low, "high": high})

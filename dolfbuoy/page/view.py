@@ -1,4 +1,4 @@
-"""The picture in space of a run: lines, buoys, sea, forces, and the box around all of it."""
+"""The 3D view of a run: lines, buoys, sea, forces, and the box around everything."""
 
 import math
 from typing import Any
@@ -15,14 +15,14 @@ from ..results.hulls import Floating
 from ..results.running import maximum
 from .pack import coarse, exact, single
 
-#: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
+#: Limit of the text of line frames [bytes]; beyond it only every second, third, ... frame is kept.
 MOST_OF_FRAMES = 1_500_000
-#: Parts of all tensions below and above the colour scale: a snap does not take it all.
+#: Fractions of all tensions below and above the colour scale, so that a snap does not stretch it.
 OUTSIDE = 0.005
 
 
 def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
-    """The view of a run; rows: of the times at which buoys and forces are packed."""
+    """The view of a run; rows: times at which buoys and forces are packed."""
     record, scene = frames.record, frames.scene
     found = base_view(frames)
     if frames.spans:
@@ -58,7 +58,7 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
     found["largestForce"] = max((float(np.linalg.norm(v, axis=-1).max()) for v in vectors), default=0.0)
     x, y = np.subtract(found["box"][1], found["box"][0])[:2]
     waves_deg = scene.waves.direction_deg if scene.waves else 0.0
-    # heading of the plane that is seen from the side [deg]: of what is widest, else of the waves
+    # heading of the plane of the side view [deg]: of the largest extent, else of the waves
     found["direction"] = waves_deg if max(x, y) <= 1.5 * min(x, y) else 0.0 if x > y else 90.0
     return found
 
@@ -87,22 +87,22 @@ def base_view(frames: Frames) -> dict[str, Any]:
 
 
 def _point(end: Point, start: Frame) -> dict[str, Any]:
-    """Place of an end of a take-off: on a buoy, at a node, or fixed."""
+    """Position of an end of a take-off: on a buoy, at a node, or fixed."""
     if end.buoy is not None and end.arm is not None:
         return {"buoy": end.buoy, "place": end.arm.tolist()}
     return {"at": end.at(start).tolist()} if end.node is None else {"node": end.node}
 
 
 def _force(force: Force) -> dict[str, Any]:
-    """Its kind and where it acts."""
+    """Kind and point of action of a force."""
     if force.arm is None:
         return {"kind": force.kind, "node": force.node}
     return {"kind": force.kind, "buoy": force.buoy, "place": force.arm.tolist()}
 
 
 def _lines(frames: Frames) -> dict[str, Any]:
-    """For every cable its name, its first node and element and the ones after its last, and nodes per element; marks;
-    ends on buoys; times at which elements parted, by their numbers."""
+    """Cables: name, ranges of nodes and elements (first, last + 1), pieces per element.
+    Also marks, ends on buoys, and times at which elements parted, by number."""
     cables = [
         {"name": s.name, "node": [s.node.start, s.node.stop], "cell": [s.cell.start, s.cell.stop], "per": s.per}
         for s in frames.spans
@@ -117,12 +117,12 @@ def _lines(frames: Frames) -> dict[str, Any]:
 
 
 def scale_of(tensions: NDArray[Any]) -> list[float]:
-    """Least and largest tension of the colours [N]."""
+    """Least and largest tension of the colour scale [N]."""
     return list(map(float, np.quantile(tensions[np.isfinite(tensions)], (OUTSIDE, 1 - OUTSIDE))))
 
 
 def labels(frames: Frames) -> list[dict[str, Any]]:
-    """Names where there are several; take-offs, winches and hulls of vessels are always named."""
+    """Names of cables and buoys if there are several, and of all take-offs, winches and hulls of vessels."""
     found: list[dict[str, Any]] = []
     if len(frames.spans) > 1:
         found += [{"text": s.name, "node": (s.node.start + s.node.stop) // 2} for s in frames.spans]
@@ -141,7 +141,7 @@ def labels(frames: Frames) -> list[dict[str, Any]]:
 
 
 def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]:
-    """Lower and upper corner of all points and the buoys at them; the water's surface and the bed if they are near."""
+    """Lower and upper corners around all points and buoys, with the water surface and bed if near."""
     scene, points = frames.scene, frames.places
     low, high = points.min(axis=0), points.max(axis=0)
     room = max((0.6 * buoy["size"] for buoy in buoys), default=0.0)

@@ -18,7 +18,7 @@ NOTHING = 1e-9
 class Output(Console):
     """The present standard output; only a terminal has a width."""
 
-    @property  # type: ignore[misc]  # no setter: the size is that of the terminal
+    @property  # type: ignore[misc]  # without a setter: its size is that of the terminal
     def size(self) -> ConsoleDimensions:
         size = super().size
         return size if self.file.isatty() else size._replace(width=ENDLESS)
