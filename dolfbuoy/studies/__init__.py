@@ -1,1 +1,1 @@
-"""Studies over many independent cases: the price of accuracy, stable elements, the worth of an effect."""
+"""Studies over many independent cases: cost of accuracy, stability of elements, importance of effects."""

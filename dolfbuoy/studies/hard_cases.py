@@ -1,7 +1,7 @@
-"""The hard cases in a table: tests of the checkout that this program belongs to, each run by pytest.
+"""Table of hard cases: tests of this program's checkout, each run by pytest.
 
-A case is a test function of tests/robustness/test_hard_*.py; its docstring has the question and what a trustworthy
-program must show, and its measurements are the properties "happened" of its report.
+A case is a test function of tests/robustness/test_hard_*.py; its docstring states the question and the behaviour of a
+reliable program, and its measurements are the properties "happened" of its report.
 """
 
 import hashlib
@@ -21,12 +21,12 @@ from .study import Row, Table
 
 TESTS = Path(__file__).parents[2] / "tests" / "robustness"
 COLUMNS = {"name": "case", "asked": "asked", "must_show": "must show", "happened": "happened", "verdict": ""}
-#: Without the plugin that at the end of each run collects the garbage of the whole process, several times.
+#: Without the plugin that collects garbage several times at the end of each run.
 QUIET = ("-q", "-p", "no:cacheprovider", "-p", "no:unraisableexception", "-m", "slow or not slow")
 
 
 def _pytest(*arguments: object) -> tuple[list[Any], list[Any]]:
-    """(tests, reports of their phases) of a silent run of pytest in this process.  Raises InputError without pytest."""
+    """(tests, reports of their phases) of a silent pytest run in this process.  Raises InputError without pytest."""
     try:
         import pytest
     except ImportError:
@@ -44,7 +44,7 @@ def _pytest(*arguments: object) -> tuple[list[Any], list[Any]]:
 
 
 def cases(only: str | None = None, slow: bool = False) -> list[Row]:
-    """Every case; only: whose names begin so, expensive ones included; slow: the expensive ones too."""
+    """Every case; only: prefix of names, includes expensive cases; slow: include the expensive cases."""
     files = sorted(TESTS.glob("test_hard_*.py"))
     if not files:
         raise InputError(
@@ -68,7 +68,7 @@ def cases(only: str | None = None, slow: bool = False) -> list[Row]:
 
 
 def evaluate(case: Row) -> Row:
-    """Outcome of one case: what it measured, whether it passed, and why not."""
+    """Outcome of one case: its measurements, whether it passed, and if not the reason."""
     _, reports = _pytest(TESTS.parents[1] / case["test"])
     crashes = [getattr(report.longrepr, "reprcrash", None) for report in reports if report.failed]
     failed = [crash.message if crash else "it was not set up" for crash in crashes]
@@ -83,7 +83,7 @@ def evaluate(case: Row) -> Row:
 
 
 def study(folder: Path, only: str | None = None, slow: bool = False) -> list[Table]:
-    """The catalogue with its verdicts, as hard-cases.md too; it is to pass as a whole."""
+    """The catalogue with its verdicts, also as hard-cases.md; all cases must pass."""
     rows = evaluate_all(evaluate, cases(only, slow), folder)
     if rows is None:
         return []

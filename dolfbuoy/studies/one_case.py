@@ -1,4 +1,4 @@
-"""One case of a sweep: run, with a checkpoint if it takes long, and reduced to what is kept of it."""
+"""One case of a sweep: run, with a checkpoint if it takes long, and reduced to the stored result."""
 
 import math
 import os
@@ -31,21 +31,21 @@ from ..version import now
 from ..writing import made
 from .study import Row
 
-#: Problems of the cases before: set-up takes longer than many a case.
+#: Problems of previous cases, reused because set-up may take longer than a case.
 POOL = Pool()
-#: Bins of the peaks and ranges that are kept of a case.
+#: Bins of the peaks and ranges stored for a case.
 BINS = 64
 
 
 def evaluate(
     case: Row, base: Scene, running: str | None = None, deadline: float = math.inf, keep: str | None = None
 ) -> Row:
-    """Run one case on this rank alone; a case that fails is a result too, with its reason.
+    """Run one case on this rank alone; a failure is a result too, with its reason.
 
-    case: the "changes" of the scene `base`, whose digest is its "base".  running: folder in which the case can be taken
-    up again.  deadline: of time.time(); after it the case is stopped.  keep: folder in which record and page of the
-    case stay, in one of its own; needs `running`.  Raises interruption.TimeUp after the deadline, KeyboardInterrupt
-    when it is interrupted.
+    case: "changes" of the scene `base`, and its digest as "base".  running: folder from which the case can be resumed.
+    deadline: on the clock of time.time(), when the case is stopped.  keep: folder in which record and page of the case
+    are kept, in a subfolder; needs `running`.  Raises interruption.TimeUp at the deadline, KeyboardInterrupt when
+    interrupted.
     """
     begin = clock.monotonic()
     try:
@@ -53,7 +53,7 @@ def evaluate(
         folder = Path(running) / key(case) if running else None
         record = run(scene, folder, deadline, keep is not None)
         found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
-        with suppress(InputError):  # of a run that ends in its ramp
+        with suppress(InputError):  # for a run that ends within its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
             for label, life in lives(found["sample"]).items():
                 found["statistics"].setdefault(label, {})["life"] = life
@@ -67,19 +67,19 @@ def evaluate(
                 found["statistics"].get(label, {}).update(bars)
         if keep is not None and folder is not None:
             _keep(folder, Path(keep) / key(case), case["changes"])
-    except Exception as error:  # whatever it is, the others go on
+    except Exception as error:  # whatever it is, other cases continue
         found = failed(error)
     found |= {"changes": case["changes"], "base": case["base"]}
     return found | {"seconds": clock.monotonic() - begin, "created": now()}
 
 
 def failed(error: Exception) -> Row:
-    """Record of a case that failed."""
+    """Result of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 
 def _keep(folder: Path, place: Path, changes: Row) -> None:
-    """Write the page of a finished case, and put all of its folder in its place."""
+    """Write the page of a finished case, and move its folder into place."""
     folders.finish(folder, "run")
     folders.remark(folder, "run", case=in_words(changes))
     write_pages(folder, "results.nc")
@@ -92,16 +92,16 @@ def _keep(folder: Path, place: Path, changes: Row) -> None:
 def run(
     scene: Scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False, most: float = math.inf
 ) -> xr.Dataset:
-    """The series of a run on this rank alone, from its checkpoint if one is in the folder, which is removed at the end.
+    """The series of a run on this rank alone, resumed from a checkpoint in the folder, which is removed at the end.
 
-    When it is interrupted between two steps, or the deadline is over, it leaves a checkpoint.  keep: the folder stays,
-    with the whole record.  most: failed steps after which it is given up (NoResult).
+    It leaves a checkpoint if interrupted between steps, or at the deadline.  keep: do not remove the folder, with the
+    whole record.  most: number of failed steps at which the run is given up (NoResult).
     """
     if clock.time() > deadline:
         raise interruption.TimeUp
     point = None
     if folder is not None and (folder / checkpoint.NAME).is_file():
-        with suppress(InputError):  # a checkpoint that cannot be read is none
+        with suppress(InputError):  # an unreadable checkpoint is ignored
             kept = checkpoint.load(folder, 1)
             folders.go_on(folder, kept.scene)
             point = kept
@@ -127,7 +127,7 @@ def run(
         raise
     except BaseException as error:
         if not isinstance(error, NoResult):
-            POOL.clear()  # whatever broke off may have left a problem in any state
+            POOL.clear()  # an interrupted case may have left a problem in any state
         if isinstance(error, Exception):
             _remove(folder)
         raise
@@ -142,7 +142,7 @@ def _remove(folder: Path | None) -> None:
 
 
 class _CaseRecorder(Unwritten):
-    """Writes nothing of a case that takes no longer than a pause, and nothing at all without a folder."""
+    """Writes nothing for a case shorter than a pause, and nothing at all without a folder."""
 
     shapes = True
 

@@ -1,6 +1,6 @@
-"""A scene compared with MoorDyn: tensions and motions over the second half of two runs from one start.
+"""A scene compared with MoorDyn: tensions and motions over the second half of two runs with the same start.
 
-MoorDyn is an independent code (lumped masses, explicit steps); parts of a scene that it has no place for are named.
+MoorDyn is an independent code (lumped masses, explicit steps); parts of a scene that it lacks are named.
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ from ..scene import Scene
 from ..statics.catenary import Array
 from .study import Row
 
-#: A run that diverges is tried again with half the step, so often.
+#: Number of retries of a diverging run, each with half the step.
 TRIES = 4
-#: What varies by less than this share of its size is a constant: a difference is then relative to that size.
+#: Series that vary by less than this fraction of their size are constants: differences are relative to that size.
 CONSTANT = 1e-3
 AXES = "xyz"
 #: Times, and series by name.
@@ -32,7 +32,7 @@ Times = tuple[Array, dict[str, Array]]
 
 @dataclass
 class Comparison:
-    """rows: of the table.  notes: what MoorDyn's input lacks.  ours, theirs: times and series by name."""
+    """rows: of the table.  notes: parts missing in MoorDyn's input.  ours, theirs: times and series by name."""
 
     rows: list[Row]
     notes: list[str]
@@ -49,8 +49,8 @@ def beginning(scene: Scene) -> Start:
 def compare(scene: Scene, end: float | None = None, segments: int = 1) -> Comparison:
     """Run a scene with dolfbuoy and with MoorDyn.
 
-    end: of both runs [s], absent: the scene's.  segments: of MoorDyn for each element of a line.
-    Raises InputError for a scene without cable or [time], or without MoorDyn; SolveError where MoorDyn diverges.
+    end: of both runs [s], by default the scene's.  segments: of MoorDyn per element of a line.  Raises InputError for a
+    scene without cable or [time], or without MoorDyn; SolveError if MoorDyn diverges.
     """
     moordyn_module()
     if not scene.network.pieces or scene.time is None:
@@ -99,7 +99,7 @@ def _named(series: Series, scene: Scene) -> dict[str, Array]:
 
 
 def _bars(record: xr.Dataset) -> dict[str, float]:
-    """Error bars of the largest tensions, by name; without those of which nothing is known."""
+    """Error bars of the largest tensions by name, without unknown ones."""
     ends = {"tension_top.max": "tension_top", "anchor.max": "tension_anchor"}
     columns = (record[name].values.tolist() for name in ("output_of", "output", "bar", "bar_verdict"))
     rows = zip(*columns, strict=True)
@@ -107,8 +107,8 @@ def _bars(record: xr.Dataset) -> dict[str, float]:
 
 
 def _row(name: str, unit: str, ours: Times, theirs: Times, start: float, bar: float | None) -> Row:
-    """Mean, least and largest of both, our error bar of the largest and whether they differ by more, and the rms of
-    their difference relative to our range, or to the value of what hardly varies."""
+    """Row of the table: mean and extremes of both, our error bar of the largest and whether they differ by more.
+    Also the rms difference relative to our range or, for a constant, to its value."""
     t, values = ours[0], ours[1][name]
     other = np.interp(t, theirs[0], theirs[1][name])
     late = t >= start
@@ -136,7 +136,7 @@ def draw(found: Comparison, folder: Path) -> list[Path]:
         for (t, series), label, style in ((found.ours, "dolfbuoy", "-"), (found.theirs, "MoorDyn", "--")):
             ax.plot(t, factor * series[name], style, color=COLORS["blue" if style == "-" else "red"], label=label)
             seen.append(factor * series[name][t >= (0 if style == "-" else t[-1] / 2)])
-        low, high = min(x.min() for x in seen), max(x.max() for x in seen)  # not of the shock that MoorDyn starts with
+        low, high = min(x.min() for x in seen), max(x.max() for x in seen)  # without the initial shock of MoorDyn
         room = 0.06 * (high - low) or 1.0
         ax.set_ylim(low - room, high + room)
         ax.set_ylabel(f"{_in_words(name)}\n[{'kN' if factor < 1 else 'm'}]")

@@ -1,4 +1,4 @@
-"""Needs of statistics in an irregular sea: components, length and number of runs, computing time."""
+"""Requirements of statistics in an irregular sea: components, length and number of runs, computing time."""
 
 import math
 from typing import Any
@@ -22,19 +22,19 @@ SEEDS = (10, 30, 100)
 
 
 def has_seeds(scene: Scene) -> bool:
-    """True if the scene's sea is one of many: a spectrum with random phases."""
+    """True if the scene's sea is a realisation of a spectrum with random phases."""
     return scene.waves is not None and scene.waves.spectrum is not None
 
 
 def mean_period(scene: Scene) -> float:
-    """Tz of its sea [s]."""
+    """Tz of the scene's sea [s]."""
     waves: Any = scene.waves
     sea = components_of(waves)
     return 2 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
 
 
 def components_for(scene: Scene, part: float) -> int:
-    """Components that keep the largest crest of HOURS within a part of itself, compared with infinitely many."""
+    """Components for which the largest crest of HOURS is within `part` of that with infinitely many."""
     return components_needed(crests_of(mean_period(scene)), part)
 
 
@@ -48,7 +48,7 @@ def of_components(scene: Scene, part: float) -> str:
 
 
 def of_statistics(scene: Scene, seconds: float | None = None) -> str:
-    """One sentence on whatever follows the sea; seconds: computing time of a run of the scene.
+    """One sentence on quantities that follow the sea; seconds: computing time of a run of the scene.
 
     About the mean, for which no theory is needed; a pilot is too short for more.
     """

@@ -1,8 +1,7 @@
-"""The runner of studies: cases are computed once, then their tables are written and shown.
+"""Runner of studies: computes cases once, then writes and shows their tables.
 
-A study is a function that takes the folder of its results and its options, has `parallel.cases.evaluate_all` compute
-its cases, and returns its tables: on rank 0, an empty list on the others.  The rows are the same for any number of
-ranks.
+A study is a function of its results folder and options that computes its cases by `parallel.cases.evaluate_all` and
+returns its tables on rank 0, an empty list on the others.  The rows do not depend on the number of ranks.
 """
 
 import csv
@@ -22,22 +21,21 @@ from ..results.tables import markdown, show
 from ..scene import Scene
 from ..writing import GIVEN, refuse_link, replacing, write_text
 
-Row = dict[str, Any]  #: of a table; a case, before it is computed
+Row = dict[str, Any]  #: of a table, or a case before it is computed
 
 
 def refuse_network(scene: Scene) -> None:
-    """Refuse a scene with more than one piece of line or one buoy.  Raises InputError."""
+    """Raise InputError for a scene with more than one piece of line or more than one buoy."""
     if max(len(scene.network.pieces), len(scene.network.buoys)) > 1:
         raise InputError("SCENE: this study is of one [cable] and one [buoy], and this scene is a network.")
 
 
 @dataclass
 class Table:
-    """Rows that are written to NAME.json and .csv, with a figure to .png and .svg; shown, and in tables.md, if there
-    are columns.
+    """Rows written to NAME.json and .csv, and a figure to .png and .svg; if it has columns, shown and in tables.md.
 
-    title: "{folder}" in it becomes the folder of the results.  columns: key -> heading.  A table without a name is
-    only shown.  passed: False if a study that is to hold fails.
+    title: "{folder}" in it becomes the folder of the results.  columns: key -> heading.  A table without a name is only
+    shown.  passed: False if a study that must pass fails.
     """
 
     name: str
@@ -51,14 +49,14 @@ class Table:
 
 @dataclass
 class Outcome:
-    """Rows of the tables by their names, empty on all ranks but 0; whether all passed."""
+    """Rows of the tables by name, empty on all ranks but 0; True if all passed."""
 
     rows: dict[str, list[Row]]
     passed: bool
 
 
 def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outcome:
-    """Compute what is missing, write the tables of a study into `folder` and show them."""
+    """Compute missing cases, write the tables of a study into `folder` and show them."""
     with matplotlib.rc_context(style.STYLE):
         tables = study(folder, **options)
     for table in tables:
@@ -68,7 +66,7 @@ def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outc
         texts = []
         for t in (table for table in tables if table.columns is not None):
             show(t.title.replace("{folder}", str(folder)), t.rows, t.columns or {}, t.notes)
-            title = t.title.replace("; {folder}", "").strip()  # tables.md may travel: without names of folders
+            title = t.title.replace("; {folder}", "").strip()  # tables.md may be moved: no folder names
             texts.append(markdown(title, t.rows, t.columns or {}, t.notes))
         enlist(folder, [Path(folder) / "tables.md"], "study")
         write_text(Path(folder) / "tables.md", "\n".join(texts))
@@ -77,7 +75,7 @@ def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outc
 
 
 def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, **options: Any) -> bool:
-    """Run a study in its folder, results/study-NAME unless another is given.  Returns whether it passed."""
+    """Run a study in its folder, by default results/study-NAME.  Returns True if it passed."""
     folder = out or Path("results") / f"study-{name}"
     if out is None:
         refuse_link(folder.parent, GIVEN)
@@ -89,7 +87,7 @@ def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, 
 
 
 def save(folder: Path, table: Table) -> None:
-    """Write the files of a table, with a page for those that have one."""
+    """Write the files of a table, and its page if it has one."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     drawn = [] if table.figure is None else style.files_of(folder / table.name)

@@ -1,4 +1,4 @@
-"""Many variants of one scene: statistics of each run, spread over ranks, parts or an executor, kept case by case."""
+"""Many variants of one scene: statistics of each run, distributed over ranks, parts or an executor, stored by case."""
 
 import hashlib
 import json
@@ -32,13 +32,13 @@ from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
 from .study import Row
 
-#: Stands for a case that has no result in `status` and `collect`.
+#: Placeholder in `status` and `collect` for a case without a result.
 MISSING: Row = {"status": "not computed", "statistics": {}, "sample": None}
-#: Cases of a sweep that `check` examines before it begins, at the least.
+#: Least number of cases that `check` examines before a sweep begins.
 LOOKED_AT = 50
-#: Folder of the cases that are being computed, below that of the sweep.
+#: Folder of running cases, below that of the sweep.
 RUNNING = Path("cases") / "running"
-#: Folder of the records that are kept, one of each case, next to sweep.nc.
+#: Folder of kept records, one per case, next to sweep.nc.
 RECORDS = "records"
 
 
@@ -46,7 +46,7 @@ RECORDS = "records"
 class Plan:
     """The cases of a sweep: changes of a scene, one dict for each.
 
-    source: the scene and what is set in it for all cases, as the command line has it; empty from Python.
+    source: the scene and its common settings as on the command line; empty from Python.
     """
 
     base: Scene
@@ -55,7 +55,7 @@ class Plan:
 
     @property
     def cases(self) -> list[Row]:
-        """As `parallel.cases` takes them: the scene stands for itself by its digest."""
+        """Cases for `parallel.cases`, with the scene represented by its digest."""
         data = json.dumps(self.base.to_dict(), sort_keys=True)
         base = hashlib.sha256(data.encode()).hexdigest()[:20]
         return [{"base": base, "changes": change} for change in self.changes]
@@ -67,14 +67,14 @@ class Plan:
 
 @dataclass(frozen=True)
 class Part:
-    """Part `number` of `of`, counted from 1: every `of`-th case."""
+    """Part `number` of `of`, counted from 1: takes every `of`-th case."""
 
     number: int
     of: int
 
     @classmethod
     def parse(cls, text: str) -> "Part":
-        """From i/n.  Raises InputError."""
+        """Parse i/n.  Raises InputError."""
         found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
         if not found or not 1 <= int(found[1]) <= int(found[2]):
             raise InputError(f"--part {text}: must be i/n, part i of n, with i from 1 to n.")
@@ -111,10 +111,10 @@ def plan(
 
 
 def warnings(base: Scene, changes: list[Row]) -> list[str]:
-    """Warnings on the cases before the first is run, each kind once, with the first case of it.
+    """Warnings on the cases before the first is run, each kind once, with its first case.
 
-    Every case is read: what is no scene will not run.  `check` takes as long as a hundred readings: its warnings are
-    those of LOOKED_AT cases, evenly spaced, and of those with the smallest or largest value of a key.
+    Every case is read, to find invalid scenes.  As `check` takes a hundred times as long, it examines only LOOKED_AT
+    evenly spaced cases, and those with the smallest or largest value of a key.
     """
     refused: dict[str, list[tuple[Row, str]]] = {}
     warned: dict[str, list[tuple[Row, str]]] = {}
@@ -134,7 +134,7 @@ def warnings(base: Scene, changes: list[Row]) -> list[str]:
 
 
 def _looked_at(changes: list[Row]) -> set[int]:
-    """Numbers of the cases that `check` examines."""
+    """Indices of the cases that `check` examines."""
     found = set(range(0, len(changes), max(1, len(changes) // LOOKED_AT)))
     for name in dict.fromkeys(name for change in changes for name in change):
         values = [(change[name], i) for i, change in enumerate(changes) if isinstance(change.get(name), int | float)]
@@ -143,7 +143,7 @@ def _looked_at(changes: list[Row]) -> set[int]:
 
 
 def check_wavelength(base: Scene, changes: list[Row]) -> None:
-    """Refuse to vary the period of waves whose wavelength stays: but for one case none would keep the dispersion."""
+    """Raise InputError if the wave period is varied at a fixed wavelength, which violates the dispersion relation."""
     wavelength = base.waves.wavelength if base.waves else None
     keys = {key for change in changes for key in change}
     if wavelength is not None and "waves.period" in keys and not keys & {"waves", "waves.wavelength"}:
@@ -166,10 +166,10 @@ def sweep(
 ) -> xr.Dataset | None:
     """Run all cases and write folder/sweep.nc, sweep.png and .svg; the dataset on rank 0, None on the others.
 
-    Finished cases, failed ones included, are kept in folder/cases and not computed again; all ranks take part and share
-    the folder.  say: called with the warnings about the cases, before the first is run.  seeds, latin, source: see
+    Finished cases, including failed ones, are stored in folder/cases and not computed again; all ranks take part and
+    share the folder.  say: called with warnings about the cases before the first is run.  seeds, latin, source: see
     `plan`.  how: retry, executor, limit and keep, see `run_part`.  Raises InputError for a bad scene, bad cases, or a
-    folder where nothing can be written.
+    folder that is not writable.
     """
     planned, folder = plan(scene, vary, table, seeds, latin, source), Path(folder)
     comm = ranks_beside(how.get("executor"))
@@ -187,20 +187,20 @@ def run_part(
     say: Callable[[list[str]], None] = lambda sentences: None,
     **how: Any,
 ) -> None:
-    """Run the cases of one part and keep them in folder/cases, while other processes run other parts.
+    """Run the cases of one part and store them in folder/cases, while other processes run other parts.
 
-    say: called with what is wrong with these cases before the first of them is run, and with their store.
-    how: retry: cases that failed are run again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time,
-    after which the running case is left with a checkpoint and interruption.TimeUp is raised.  keep: the record and the
-    page of each case stay in a folder of their own in folder/records; cases that have none are run once more.
-    Raises InputError if another process runs this part, or parts of another division are being run.
+    say: called with warnings about these cases before the first is run, and about their store.
+    how: retry: run failed cases again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time, after
+    which the running case is left with a checkpoint and interruption.TimeUp is raised.  keep: keep record and page of
+    each case in a subfolder of folder/records; cases without them are run again.  Raises InputError if another process
+    runs this part, or if parts of another division are running.
     """
     comm = ranks_beside(how.get("executor"))
     for place in (folder / "cases", folder / "cases" / part.folder):
         refuse_link(place)
     with claimed(folder, comm, shared=True), claimed(folder / "cases" / part.folder, comm):
         for other in sorted((folder / "cases").glob("part-*-of-*")):
-            if other.name.rpartition("-")[2] != str(part.of):  # it may be computing the same cases now
+            if other.name.rpartition("-")[2] != str(part.of):  # it may be computing the same cases
                 refuse_link(other)
                 with claimed(other, comm):
                     pass
@@ -236,7 +236,7 @@ def _compute(
 
 
 def _work(base: Scene, case: Row) -> float:
-    """Seconds that a case may take; none of one that will not run."""
+    """Estimated time of a case; 0 for an invalid one."""
     try:
         return seconds_of(varied(base, case["changes"]))
     except InputError:
@@ -244,14 +244,14 @@ def _work(base: Scene, case: Row) -> float:
 
 
 def _record_of(folder: Path, case: Row) -> str:
-    """Folder of the record and the page that were kept of a case, below that of the sweep; empty if there are none."""
+    """Folder with the kept record and page of a case, relative to the sweep's; empty if there is none."""
     found = f"{RECORDS}/{key({name: case[name] for name in ('base', 'changes')})}"
     return found if (Path(folder) / found / "page.html").is_file() else ""
 
 
 def status(planned: Plan, folder: Path, part: Part | None = None) -> Row:
-    """Progress of a sweep: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
-    reasons of failures with their numbers, sentences about damaged files, and results of other programs."""
+    """Progress of a sweep: numbers of cases done, failed, missing and begun, and mean time of a case.
+    Also reasons of failures with their counts, sentences about damaged files, and results of other programs."""
     store, names = store_in(folder), [key(case) for case in planned.share(part)]
     reasons: Counter[str] = Counter()
     times = []
@@ -275,7 +275,7 @@ def status(planned: Plan, folder: Path, part: Part | None = None) -> Row:
 
 
 def collected(planned: Plan, folder: Path) -> xr.Dataset:
-    """Write sweep.nc and its figure from what the parts have computed so far; the dataset.
+    """Write sweep.nc and its figure from the results so far; returns the dataset.
 
     Cases without a result have the status "not computed".  Raises InputError if there is no result at all.
     """

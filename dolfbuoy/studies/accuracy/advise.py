@@ -1,4 +1,4 @@
-"""The cheapest settings that meet an accuracy: a pilot on a shortened run, a prediction, and its verification."""
+"""Cheapest settings that meet an accuracy: pilot on a shortened run, prediction, and verification."""
 
 import math
 from collections.abc import Callable
@@ -21,13 +21,13 @@ from ..study import Row, Table, save
 from .cheapest import COLUMNS, Verified, cheapest
 from .pilot import ALPHA, Candidate, Pilot
 
-#: Share of the accuracy that a prediction may use.
+#: Fraction of the accuracy that a prediction may use.
 TARGET = 0.7
 
 
 @dataclass
 class Advice:
-    """A scene with advised settings; what was predicted and what the verification measured."""
+    """A scene with advised settings, the prediction, and the measurements of the verification."""
 
     scene: Scene
     choice: Candidate
@@ -38,7 +38,7 @@ class Advice:
 
 
 def advise(scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, tries: int = 3) -> Advice:
-    """Find and verify settings.  Raises InputError, and SolveError when no settings can be promised."""
+    """Find and verify settings.  Raises InputError, and SolveError if no settings can be recommended."""
     acc.check_quantity(scene, quantity)
     pilot = Pilot(scene, quantity, accuracy, say)
     part, whole = (s.time.end if s.time else 0.0 for s in (pilot.scene, scene))
@@ -59,7 +59,7 @@ def advise(scene: Scene, quantity: str, accuracy: float, say: Callable[..., obje
 
 
 def verified(pilot: Pilot, tries: int) -> Advice:
-    """The cheapest candidate that keeps its promise; after a failure the target shrinks by what was missed."""
+    """The cheapest candidate that meets its prediction; after a failure the target shrinks by the excess."""
     from .linear_answer import linear_answer  # 0.1 s of every start
 
     truth_at = (pilot.best, Stepping(ALPHA, pilot.finest))
@@ -102,7 +102,7 @@ def advise_all(
 ) -> Advice | Verified | Scene:
     """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot.
 
-    of: outputs such as tension_top.max, in place of the quantity.
+    of: outputs such as tension_top.max, instead of the quantity.
     """
     found: Any = None
     if comm.rank == 0:
@@ -140,7 +140,7 @@ def sentences(advice: Advice) -> list[str]:
 
 
 def table_rows(advice: Advice) -> list[Row]:
-    """The cheapest candidate of each pair and of each way to step, cheapest first."""
+    """The cheapest candidate of each pair and each way of stepping, cheapest first."""
     rows: list[Row] = []
     seen: set[object] = set()
     for c in advice.candidates:
@@ -168,7 +168,7 @@ def report(advice: Advice, folder: Path | None) -> None:
 
 
 def draw(advice: Advice) -> Figure:
-    """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
+    """Errors of the pilot: in time over the loop's computing time, in space over the cells; accuracy as a line."""
     pilot = advice.pilot
     figure = new_figure(PAGE, 3.4)
     left, right = figure.subplots(1, 2)

@@ -1,7 +1,7 @@
-"""Orders of lines that bend: a cantilever against elliptic integrals, a hanging line between clamps against Kirchhoff's
-equations, frequencies of a pulled cantilever against its transcendental equation.
+"""Orders of bending lines: errors of a cantilever, a hanging line between clamps, and frequencies under tension.
 
-Places and moments of nodes, end forces and frequencies converge with order 2 mu, as those of a cable do.
+Against elliptic integrals, Kirchhoff's equations and a transcendental equation.
+Nodal positions and moments, end forces and frequencies converge with order 2 mu, as for a cable.
 """
 
 import math
@@ -23,11 +23,11 @@ from ..study import Row, Table
 PAIRS = ((1, 0), (2, 1), (3, 2), (4, 3))
 CELLS = (4, 8, 16, 32, 64)
 LOAD, STIFFNESS, LENGTH = 50.0, 1000.0, 10.0
-#: Length [m], distance of the ends [m], weight [N/m] and EI [N m^2] of the hanging line, clamped along the chord.
+#: Length [m], distance between the ends [m], weight [N/m] and EI [N m^2] of the hanging line, clamped along the chord.
 HANGING = 120.0, 100.0, 200.0, 2e6
-#: EI [N m^2], pull at the tip [N] and mass [kg/m] of the cantilever that swings; how many frequencies.
+#: EI [N m^2], tip tension [N] and mass [kg/m] of the vibrating cantilever; number of frequencies.
 BEAM, SWINGING = (1e4, 1e3, 5.0), 3
-#: Errors below this are rounding: of what Newton solves, and of eigenvalues.
+#: Errors below this are rounding errors: of Newton's solutions, and of eigenvalues.
 ROUNDING, ROUNDING_OF_MODES = 2e-12, 1e-10
 
 
@@ -35,7 +35,7 @@ ROUNDING, ROUNDING_OF_MODES = 2e-12, 1e-10
 
 
 def elastica(load: float) -> tuple[float, float]:
-    """(x, z) of the tip over the length, of a cantilever along x with a dead load P across it; load: P L^2/EI."""
+    """(x, z)/L of the tip of a cantilever along x with a transverse dead load P; load: P L^2/EI."""
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
@@ -54,7 +54,7 @@ def elastica(load: float) -> tuple[float, float]:
 
 
 def hanging(EI: float) -> tuple[float, float]:
-    """(H, M) of the hanging line: pull along the chord [N], moment at its ends [N m]; by shooting from its middle."""
+    """(H, M) of the hanging line: pull along the chord [N], end moment [N m]; by shooting from the middle."""
     from scipy.integrate import solve_ivp
     from scipy.optimize import fsolve
 
@@ -74,7 +74,7 @@ def hanging(EI: float) -> tuple[float, float]:
 
 
 def swinging() -> list[float]:
-    """Frequencies of the cantilever with a pull along it [rad/s]: zeros of the determinant of its end conditions."""
+    """Frequencies of the cantilever under tension [rad/s]: zeros of the determinant of its end conditions."""
     from scipy.optimize import brentq
 
     EI, T, mass = BEAM
@@ -83,7 +83,7 @@ def swinging() -> list[float]:
         root = math.sqrt(T**2 + 4 * EI * mass * omega**2)
         a, b = math.sqrt((root + T) / (2 * EI)), math.sqrt((root - T) / (2 * EI))
         ch, sh, c, s = math.cosh(a * LENGTH), math.sinh(a * LENGTH), math.cos(b * LENGTH), math.sin(b * LENGTH)
-        # y = A (ch - c) + B (sh/a - s/b): moment and shear of the tip are 0
+        # y = A (ch - c) + B (sh/a - s/b): moment and shear are 0 at the tip
         moment = a**2 * ch + b**2 * c, a * sh + b * s
         shear = EI * (a**3 * sh - b**3 * s) - T * (a * sh + b * s), EI * (a**2 * ch + b**2 * c) - T * (ch - c)
         return (moment[0] * shear[1] - moment[1] * shear[0]) / ch
@@ -98,14 +98,14 @@ def swinging() -> list[float]:
 
 
 def scene_of(mu: int, cells: int, gravity: float, **cable: Any) -> dict[str, Any]:
-    """A line from the origin, held along x there, of elements P_mu-P_(mu-1)."""
+    """A line from the origin, clamped along x there, with elements P_mu-P_(mu-1)."""
     held = {"anchor": [0.0, 0.0, 0.0], "from_end": {"direction": [1.0, 0.0, 0.0]}}
     size = {"elements": cells, "position_degree": mu, "tension_degree": mu - 1}
     return {"gravity": gravity, "cable": held | size | cable}
 
 
 def cantilever(mu: int, cells: int) -> Row:
-    """Errors of the tip's place over the length, and of the moment at the root."""
+    """Errors of the tip position relative to the length, and of the root moment."""
     top = {"kind": "free", "force": [0.0, 0.0, LOAD]}
     scene = scene_of(mu, cells, 0.0, top=top, length=LENGTH, line_density=1.0, bending_stiffness=STIFFNESS)
     problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
@@ -118,7 +118,7 @@ def cantilever(mu: int, cells: int) -> Row:
 
 
 def between_clamps(mu: int, cells: int) -> Row:
-    """Errors of the force and of the moment at the ends of the hanging line."""
+    """Errors of the force and moment at the ends of the hanging line."""
     length, span, w, EI = HANGING
     cable = {"length": length, "line_density": w, "bending_stiffness": EI, "to_end": {"direction": [1.0, 0.0, 0.0]}}
     cable["top"] = {"kind": "fixed", "position": [span, 0.0, 0.0]}
@@ -130,7 +130,7 @@ def between_clamps(mu: int, cells: int) -> Row:
 
 
 def frequencies(mu: int, cells: int) -> Row:
-    """Largest error of the lowest frequencies of the pulled cantilever."""
+    """Largest error of the lowest frequencies of the cantilever under tension."""
     EI, T, mass = BEAM
     top = {"kind": "free", "force": [T, 0.0, 0.0]}
     scene = scene_of(mu, cells, 0.0, top=top, length=LENGTH, line_density=mass, bending_stiffness=EI)

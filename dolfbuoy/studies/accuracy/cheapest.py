@@ -1,11 +1,11 @@
-"""The cheapest settings for outputs such as largest tensions: a short pilot, what it predicts, and a run with its bars.
+"""Cheapest settings for outputs such as largest tensions: short pilot, prediction, and a run with error bars.
 
 The pilot is the beginning of the scene.  In time, every scheme runs on one mesh with steps halved; in space, every
-pair runs at one step with elements doubled.  The bar of each run from the one before it, over what is required (its
-share), falls with a power of step and elements.  The cheapest settings whose shares make up ENOUGH are run over the
-whole scene with a companion, as `run --bars` does, and compared with a run of half the step and twice the elements.
-Where the error is larger than predicted, their pair and scheme count as so much worse, others by the square root of
-that, and the next cheapest settings are tried.
+pair runs at one step with elements doubled.  The share of a run, its bar from the run before it over the required
+accuracy, falls as a power of step and elements.  The cheapest settings whose shares add up to ENOUGH are run over the
+whole scene with a companion, as in `run --bars`, and compared with a run of half the step and twice the elements.  If
+the error exceeds the prediction, the shares of this pair and scheme are raised by the ratio, those of others by its
+square root, and the next cheapest settings are tried.
 """
 
 import math
@@ -51,27 +51,27 @@ COLUMNS = {
     "predicted_seconds": "time [s]",
     "remark": "remark",
 }
-#: Order of each scheme in the step, and of each pair in the elements, at most; fewest elements of a piece of line.
+#: Highest order of each scheme in the step, and of each pair in the elements; fewest elements of a piece of line.
 ORDERS = {"bdf2": 2, "generalized-alpha": 2, "backward-euler": 1}
 PAIRS = {(2, 1): (4, 2), (3, 2): (4, 2), (1, 0): (2, 4)}
-#: The pilot's first step in a period, and how often step and elements are halved at most.
+#: Steps per period in the pilot's first run, and largest number of halvings of step and elements.
 FIRST, LEVELS = 10, 6
-#: Share down to which the pilot goes; from there on powers are trusted.
+#: Share at which the pilot stops; beyond it the power laws are trusted.
 NEAR = 2.0
-#: A scheme or pair is given up where it takes so many times what another one took to be as near.
+#: A scheme or pair is dropped if it takes this many times the time of another to come as near.
 DEARER = 2.0
-#: Share that a prediction may use, whole runs for the verification, and what a bar that is not known counts as.
+#: Share that a prediction may use, largest number of verification runs, and share assumed for an unknown bar.
 AIM, TRIES, UNKNOWN = 0.9 * ENOUGH, 7, 4.0
-#: Share that an error against a finer run may have.
+#: Largest share of an error against a finer run.
 SURE = 0.9
-#: Failed steps over all after which a run is given up: retries cost most of all, and what they lead to is no result.
+#: Fraction of failed steps at which a run is given up: retries are expensive and give no valid result.
 OFTEN = 0.2
-#: Newton's largest tolerance.
+#: Largest Newton tolerance.
 LOOSEST = 1e-4
 
 
 class Share(Curve):
-    """Share over the step, or over 1/elements; beyond the finest with the observed order, at most the highest one."""
+    """Share over the step, or over 1/elements; below the finest with the observed order, but at most `highest`."""
 
     def __init__(self, points: Iterable[tuple[float, float]], highest: float) -> None:
         super().__init__((x, share) for x, share in points if math.isfinite(share))
@@ -84,7 +84,7 @@ class Share(Curve):
 
 @dataclass
 class Choice:
-    """Settings with their predicted share of the required accuracy, and CPU seconds of the steps of the whole run."""
+    """Settings with their predicted share of the required accuracy, and CPU seconds of the whole run's steps."""
 
     space: Space
     stepping: Stepping
@@ -102,7 +102,7 @@ class Choice:
 
 @dataclass
 class Verified:
-    """Settings whose run over the whole scene has bars within the required accuracy."""
+    """Settings for which the run of the whole scene has bars within the required accuracy."""
 
     scene: Scene
     accuracy: float
@@ -114,7 +114,7 @@ class Verified:
 
 
 class Pilot:
-    """Runs of the beginning of a scene with [accuracy], each once, and what they predict of others."""
+    """Runs of the beginning of a scene with [accuracy], each made once, and predictions for other settings."""
 
     def __init__(self, scene: Scene, accuracy: float) -> None:
         self.whole, self.accuracy = scene, accuracy
@@ -130,7 +130,7 @@ class Pilot:
         self._rates: dict[tuple[int, int], dict[int, float]] = {}  #: pair -> elements -> seconds of one of these
 
     def measure(self) -> None:
-        """Curves of all schemes and pairs.  Raises SolveError where no run comes near the required accuracy."""
+        """Measure curves of all schemes and pairs.  Raises SolveError if no run comes near the required accuracy."""
         smooth, dearest, steps = is_smooth(self.whole), math.inf, {}
         for scheme, order in ORDERS.items():
             if order > 1 or not smooth:
@@ -155,8 +155,8 @@ class Pilot:
     def _refined(self, ways: list[tuple[Space, float, str]], dearest: float) -> tuple[dict[float, float], float]:
         """({step or number of elements: share}, seconds of the finest run), each run the companion of the next.
 
-        Until the share is NEAR, a run takes longer than `dearest`, or finer is no better twice.  Seconds are inf where
-        the share is not NEAR.
+        Stops when the share is NEAR, a run takes longer than `dearest`, or two refinements bring nothing.  Seconds are
+        inf if the share is not NEAR.
         """
         coarse: xr.Dataset | Exception | None = None
         points, best, in_vain = {}, math.inf, 0
@@ -181,7 +181,7 @@ class Pilot:
         return points, math.inf
 
     def _note(self, record: "xr.Dataset", space: Space, step: float, scheme: str) -> None:
-        """Keep what a run cost."""
+        """Record the cost of a run."""
         steps, seconds = record.sizes["time"] - 1, float(record.attrs["loop_seconds"])
         work = float(record.newton_iterations.sum()) / steps + 1
         self._work.setdefault(scheme, {})[step] = work
@@ -189,7 +189,7 @@ class Pilot:
         self.rows.append({"pair": space.pair, "cells": space.cells, "scheme": scheme, "step": step, "seconds": seconds})
 
     def seconds(self, space: Space, scheme: str, step: float) -> float:
-        """CPU seconds of the steps of the whole run: linear in the elements, iterations as at the nearest steps."""
+        """CPU seconds of the whole run's steps: linear in the elements, with the iterations at the nearest step."""
         steps, works = zip(*sorted(self._work[scheme].items()), strict=True)
         cells, rates = zip(*sorted(self._rates[space.mu, space.nu].items()), strict=True)
         slope = max(np.polyfit(cells, rates, 1)[0], 0.0) if len(cells) > 1 else 0.0
@@ -197,9 +197,9 @@ class Pilot:
         return float(check_time(self.whole).end / step * np.interp(step, steps, works) * rate)
 
     def candidates(self, worse: dict[tuple[str, str], float], others: float) -> list[Choice]:
-        """The cheapest settings of each pair and scheme that are predicted to do, cheapest first.
+        """The cheapest settings of each pair and scheme predicted to suffice, cheapest first.
 
-        worse: how many times larger shares were than predicted, by pair and scheme; others: of those not tried.
+        worse: ratio of actual to predicted shares, by pair and scheme; others: for those not tried.
         """
         best: dict[tuple[str, str], Choice] = {}
         # a difference of 2 % in the number of elements does not matter
@@ -221,17 +221,17 @@ class Pilot:
 
 
 def requested(scene: Scene, of: list[str], accuracy: float) -> Scene:
-    """The scene with the outputs that are to be so accurate.  Raises InputError for outputs that it does not have."""
+    """The scene with these outputs and accuracy required.  Raises InputError for outputs that it does not have."""
     scene = load_scene(scene, accuracy={"target": accuracy, "of": of})
     check_names(scene)
     return scene
 
 
 def cheapest(scene: Scene, of: list[str], accuracy: float, say: Callable[..., object] = print) -> Verified:
-    """Find and verify settings with which outputs are so accurate.
+    """Find and verify settings with which outputs meet an accuracy.
 
-    of: names such as tension_top.max; of none the usual ones.  Raises InputError for outputs that the scene does
-    not have, SolveError when no settings can be promised.
+    of: names such as tension_top.max; if empty, the usual ones.  Raises InputError for outputs that the scene does not
+    have, SolveError if no settings can be recommended.
     """
     scene = requested(scene, of, accuracy)
     pilot = Pilot(scene, accuracy)
@@ -270,7 +270,7 @@ def cheapest(scene: Scene, of: list[str], accuracy: float, say: Callable[..., ob
 
 
 def _verified(scene: Scene) -> Round | Exception:
-    """A run of the whole scene with its bars, or why it fails."""
+    """A run of the whole scene with its bars, or its error."""
     record = tried(scene)
     if isinstance(record, Exception):
         return record
@@ -280,9 +280,9 @@ def _verified(scene: Scene) -> Round | Exception:
 
 
 def _by_a_finer_run(found: Round) -> float:
-    """Largest error over what is required, against half of the step and twice the elements where a companion runs.
+    """Largest error over the required one, against a run with half the step and twice the elements.
 
-    The cheapest settings of many are such whose bars are small by luck: what is left after halving both shows it.
+    The cheapest of many settings may have small bars by luck; the finer run reveals it.
     """
     scene, stepping = found.scene, stepping_of(found.scene)
     space = space_of(scene)
@@ -294,11 +294,11 @@ def _by_a_finer_run(found: Round) -> float:
     if isinstance(record, Exception):
         return math.inf
     second = is_smooth(scene) and stepping.scheme != "backward-euler"
-    return (4.0 if second else 2.5) * judged(fine, record, found.record).worst  # with the finer run's own error
+    return (4.0 if second else 2.5) * judged(fine, record, found.record).worst  # includes the finer run's own error
 
 
 def tried(scene: Scene) -> "xr.Dataset | Exception":
-    """The series of a run on this rank alone, or why it failed, or was given up."""
+    """The series of a run on this rank alone, or the reason why it failed or was given up."""
     time = check_time(scene)
     try:
         return run(load_scene(scene, accuracy=None), most=OFTEN * time.end / time.step)
@@ -344,7 +344,7 @@ def report(found: Verified, folder: Path) -> None:
 
 
 def draw(found: Verified) -> Figure:
-    """Bars of the pilot over step and elements, those of the advised settings, and the required accuracy."""
+    """Bars of the pilot and of the advised settings over step and elements, with the required accuracy."""
     figure = new_figure(PAGE, 3.4)
     bar = 100 * found.accuracy * found.found.worst
     advised = {"time": found.choice.stepping.step, "space": found.choice.space.cells}

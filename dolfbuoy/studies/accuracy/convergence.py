@@ -1,8 +1,8 @@
 """Figs. 2 to 4 of the paper: errors of the static cable against the closed-form catenary, and their orders.
 
-Unit cable of weight 1, held at s = 0; at s = 1 the force (0.5, 0, 0.75) is given (Neumann end, as in the paper) or the
-position (Dirichlet end).  Fig. 2: EA = inf, optimal pairs P_k-P_(k-1).  Fig. 3: EA such that the cable stretches to
-1.5 L, with the strain averaged on each element (Sect. 3.3.2) and exact.  Fig. 4: EA = inf, mu = 4, nu = 0..3.
+Unit cable of weight 1, held at s = 0; at s = 1 the force (0.5, 0, 0.75) (Neumann end, as in the paper) or the position
+(Dirichlet end) is prescribed.  Fig. 2: EA = inf, optimal pairs P_k-P_(k-1).  Fig. 3: EA such that the cable stretches
+to 1.5 L, with the strain averaged on each element (Sect. 3.3.2) and exact.  Fig. 4: EA = inf, mu = 4, nu = 0..3.
 """
 
 import itertools
@@ -29,13 +29,13 @@ from ...statics.catenary import Array, Catenary
 from ...statics.equilibrium import solve_equilibrium
 from ..study import Row, Table
 
-#: Keys of a case that decide which forms are compiled, and of a curve over h.
+#: Keys of a case that determine the compiled forms, and the curve over h.
 STRUCTURE = ("material", "strain", "end", "mu", "nu")
 
 FORCE = (0.5, 0.0, 0.75)
 #: EA/(w L) for which FORCE stretches the cable to exactly 1.5 L.
 EA_50_PERCENT = 1.2347888733299130364
-#: Dirichlet ends: a moderate sag, and the place to which FORCE brings the elastic cable.
+#: Dirichlet ends: a moderate sag, and the position to which FORCE brings the elastic cable.
 ENDS = {"inextensible": (0.6, 0.0, 0.5), "elastic": (1.2429150442499342867, 0.0, 0.54483458602933885465)}
 CELLS = (2, 4, 8, 16, 32, 64)
 OPTIMAL = [(k, k - 1) for k in (1, 2, 3, 4)]
@@ -47,7 +47,7 @@ FIGURES = {
 }
 ENDS_OF_CABLE = ("Neumann", "Dirichlet")
 ERRORS = {"r_L2": "r, L2", "r_H1": "r, H1", "T_L2": "T, L2"}
-#: Errors below this are rounding: about twice where the errors were seen to stop falling.
+#: Errors below this are rounding errors: about twice the level at which errors stopped falling.
 ROUNDING = {"r_L2": 2e-13, "r_H1": 2e-12, "T_L2": 2e-13}
 
 
@@ -67,7 +67,7 @@ def parse_cells(text: str) -> tuple[int, ...]:
 
 
 def cases(figures: Sequence[int] = tuple(FIGURES), cells: Sequence[int] = CELLS) -> list[Row]:
-    """Every case of these figures once, Neumann and Dirichlet."""
+    """All cases of these figures without duplicates, Neumann and Dirichlet."""
     found = [case for figure, end in itertools.product(figures, ENDS_OF_CABLE) for case in _of(figure, end, cells)]
     return [case for i, case in enumerate(found) if case not in found[:i]]
 
@@ -83,7 +83,7 @@ def _of(figure: int, end: str, cells: Sequence[int]) -> list[Row]:
 
 
 class Profile:
-    """r_h and T_h of a solved Problem on one rank, as polynomials on each element; all elements are alike."""
+    """r_h and T_h of a solved Problem on one rank, as polynomials on equal elements."""
 
     def __init__(self, problem: Problem):
         cable, u, mu = problem.lines, problem.system.u, problem.lines.section.position_degree
@@ -149,7 +149,7 @@ def evaluate(case: Row) -> Row:
 def theory(row: Row) -> Row:
     """Orders expected: nu + 2, nu + 1 and nu + 1.
 
-    Averaged strain limits r to 2 and 1.  Between fixed ends T depends on the length, so it is limited to 2 too.
+    The averaged strain limits r to 2 and 1.  Between fixed ends T depends on the length, and is limited to 2 too.
     """
     averaged = row["strain"] == "element-average"
     k = 1 if averaged else row["nu"] + 1
@@ -158,7 +158,7 @@ def theory(row: Row) -> Row:
 
 
 def add_orders(rows: list[Row]) -> list[Row]:
-    """Copies of the rows of one curve with observed and theoretical orders; none where the error is rounding."""
+    """Copies of the rows of one curve with observed and theoretical orders; no order where the error is rounding."""
     rows = [dict(row) for row in rows]
     for name in ERRORS:
         orders(rows, name)
@@ -180,7 +180,7 @@ for _name, _text in ERRORS.items():
 
 
 def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[int, ...] = CELLS) -> list[Table]:
-    """A table of every figure and end, with its orders."""
+    """A table with orders for every figure and end."""
     wanted, made = cases(figures, cells), []
     rows = evaluate_all(evaluate, wanted, folder, itemgetter(*STRUCTURE))
     if rows is None:
@@ -225,7 +225,7 @@ def in_words(rows: list[Row]) -> list[str]:
         verdict = "agree with" if agree else "DIFFER from"
         notes.append(f"The orders on the finest meshes {verdict} theory: the largest difference is {max(gaps)[1]}.")
     high = [[r for r in rows if r["strain"] == strain and r["mu"] > 1] for strain in ("element-average", "exact")]
-    if agree and all(high):  # the price of the paper's element-averaged strain, of the highest degree and finest mesh
+    if agree and all(high):  # error due to the paper's element-averaged strain, at the highest degree and finest mesh
         (a, e), neumann = (found[-1] for found in high), rows[0]["end"] == "Neumann"
         fixed = "and T at order 2 for every k >= 3: between fixed ends it depends on the length"
         of_T, key = ("while T keeps order k: the end force alone decides it", "r_L2") if neumann else (fixed, "T_L2")

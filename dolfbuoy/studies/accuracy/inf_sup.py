@@ -1,4 +1,4 @@
-"""Which pairs of elements are stable: the discrete inf-sup constant of the linearised problem (21).
+"""Stability of element pairs: the discrete inf-sup constant of the linearised problem (21).
 
 Newton's matrix (20) at a state (r, T) is [[A, B^T], [B, 0]] with A = (T w', v') and B = (q, r'.w').  Besides T > 0
 (A coercive) it needs
@@ -6,11 +6,11 @@ Newton's matrix (20) at a state (r, T) is [[A, B^T], [B, 0]] with A = (T w', v')
     beta_h = inf_q sup_w (q, r'.w') / (|w'| |q|),    |.| the norm of L2(0, L),  q in Q_h,  w in V_h with w(0) = 0,
 
 bounded away from 0 as h -> 0; |w'| is a norm of H1, as w(0) = 0.  The state is the exact shape of an inextensible
-cable, interpolated in V_h.  Only here are pairs with nu >= mu allowed: the scene refuses them.
+cable, interpolated in V_h.  Pairs with nu >= mu are allowed only here; scenes reject them.
 
-Without elements the best w' is q t (t = r', free end), or q t less its mean (fixed end), so that
-beta = 1 (free) and beta^2 = 1 - (largest eigenvalue of the mean of t t^T) (fixed): 0 for a straight cable, where T is
-determined up to a constant.
+In the continuous problem the best w' is q t (t = r', free end), or q t minus its mean (fixed end), so that beta = 1
+(free) and beta^2 = 1 - (largest eigenvalue of the mean of t t^T) (fixed): 0 for a straight cable, where T is determined
+up to a constant.
 """
 
 import math
@@ -40,9 +40,9 @@ DEGREES = range(1, 5)
 #: (mu, nu): all with nu < mu, then the counter-examples nu = mu and nu = mu + 1.
 PAIRS = [(mu, nu) for mu in DEGREES for nu in range(mu)] + [(mu, mu + k) for k in (0, 1) for mu in DEGREES]
 SIZES = (4, 8, 16, 32, 64)
-#: Singular values below this are zeros: a true zero comes out as 1e-16, the smallest other one of the study as 3e-12.
+#: Singular values below this count as zero: a true zero is computed as 1e-16, the smallest other one here is 3e-12.
 ZERO = 1e-13
-FLOOR = 1e-14  # where the figure draws a zero
+FLOOR = 1e-14  # value at which the figure draws a zero
 
 
 #: Inextensible cables of L = 1 from the origin, the first two with w = 1.
@@ -64,7 +64,7 @@ def mean_tangent_product(shape: catenary.Catenary) -> Array:
 
 
 def continuous_constant(state: str, end: str) -> float:
-    """beta of the state without elements; end: "dir" (both ends fixed) or "free"."""
+    """beta of the continuous problem; end: "dir" (both ends fixed) or "free"."""
     if end == "free":
         return 1.0
     largest = np.linalg.eigvalsh(mean_tangent_product(STATES[state]))[-1]
@@ -85,7 +85,7 @@ def newton_matrix(state: str, mu: int, nu: int, elements: int) -> tuple[Array, A
     w.x.array[T_dofs] = 1.0
     (r, T), (v, q), p = ufl.split(w), ufl.TestFunctions(W), ufl.TrialFunctions(W)[1]
     F = form.tension_term(r, T, None, v) * ufl.dx + form.strain_equation(r, None, q) * ufl.dx  # (11), e = 0
-    a = compat.compile_form(ufl.derivative(F, w) + p * q * ufl.dx)  # (20), with (p, q) in the place of its 0
+    a = compat.compile_form(ufl.derivative(F, w) + p * q * ufl.dx)  # (20), with (p, q) in place of its 0
     J = fem.assemble_matrix(a).to_dense()
     return J[np.ix_(r_dofs, r_dofs)], J[np.ix_(T_dofs, r_dofs)], J[np.ix_(T_dofs, T_dofs)], np.repeat(s, 3)
 
@@ -103,7 +103,7 @@ def singular_values(A: Array, B: Array, M: Array) -> Array:
 
 
 def evaluate(case: Row) -> Row:
-    """Constants of one state, pair and mesh for both kinds of end, and without elements."""
+    """Constants of one state, pair and mesh for both kinds of end, and of the continuous problem."""
     state = case["state"]
     A, B, M, s = newton_matrix(state, case["mu"], case["nu"], case["elements"])
     result = {"h": 1 / case["elements"]}
@@ -132,7 +132,7 @@ def cases(
 def verdict(rows: list[Row], end: str) -> tuple[str, float | None]:
     """("stable" | "decays" | "spurious", observed power of h) of the rows of one state and pair.
 
-    The zero of a straight cable between fixed ends is no fault of the elements and is left out.
+    The zero of a straight cable between fixed ends is not due to the elements and is left out.
     """
     last, target = rows[-1], rows[-1][f"continuous_{end}"] or 1.0
     beta = [row[f"reduced_{end}"] for row in rows]
@@ -143,7 +143,7 @@ def verdict(rows: list[Row], end: str) -> tuple[str, float | None]:
 
 
 def summary(rows: list[Row]) -> list[Row]:
-    """One row per state and pair: from the coarsest to the finest mesh."""
+    """One row per state and pair, comparing the coarsest and the finest mesh."""
     table = []
     for (state, mu, nu), group in groups(rows, "state", "mu", "nu").items():
         line = {"state": state, "pair": f"P{mu}-P{nu}"}
@@ -231,7 +231,7 @@ def _draw(axes: Any, rows: list[Row], end: str) -> None:
 
 
 def study(folder: Path) -> list[Table]:
-    """All constants, and the verdict on each pair at each state."""
+    """Tables of all constants, and of the verdict on each pair at each state."""
     rows = evaluate_all(evaluate, cases(), folder, itemgetter("mu", "nu"))
     if rows is None:
         return []

@@ -1,4 +1,4 @@
-"""The cheapest answer: the linear response to the scene's waves, compared with a run in time."""
+"""The cheapest estimate: linear response to the scene's waves, compared with a run in time."""
 
 import math
 import time
@@ -14,7 +14,7 @@ from ...results.tables import rounded
 from ...scene import Scene
 from ...statics.catenary import Array
 
-#: Quantities of a run that the linear response answers, and its names for them.
+#: Quantities of a run given by the linear response, and its names for them.
 ANSWERED = {
     "tension_top": ("tension_top",),
     "tension_anchor": ("tension_anchor",),
@@ -23,10 +23,10 @@ ANSWERED = {
 
 
 def linear_answer(scene: Scene, run: Run, quantity: str, start: float) -> str | None:
-    """A sentence on the standard deviation of a quantity after `start` [s], and what it cost.
+    """A sentence on the standard deviation of a quantity after `start` [s], and its cost.
 
-    Of several lines and buoys of all together; in an irregular sea of the same components over the same time.  None
-    where it does not apply: no waves, no water, ends that are moved, another quantity, or no linear response.
+    Over all lines and buoys together; in an irregular sea, with the same components over the same time.  None if it
+    does not apply: no waves or water, moved ends, another quantity, or no linear response.
     """
     moved = any(end.kind == "prescribed" for piece in scene.network.pieces for end in piece.ends)
     if scene.waves is None or scene.sea is None or moved or quantity not in ANSWERED:
@@ -47,7 +47,7 @@ def linear_answer(scene: Scene, run: Run, quantity: str, start: float) -> str | 
 
 
 def _deviation(scene: Scene, kinds: tuple[str, ...], times: Array) -> float | None:
-    """Answers of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
+    """Deviation by the linear response to the scene's waves, drag linearised; None if no such quantity exists."""
     waves: Any = scene.waves
     seaway = Seaway(scene, waves.direction_deg)
     try:

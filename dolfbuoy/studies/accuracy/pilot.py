@@ -1,11 +1,11 @@
-"""The pilot of `advise`: errors in time and in space measured apart on a shortened run, and what they predict.
+"""The pilot of `advise`: errors in time and in space, measured separately on a shortened run, and predictions.
 
 In time: one moderate mesh, steps and tolerances of every scheme, against the finest run of generalized-alpha on this
 mesh.  In space: one step, cells of every pair, against the finest P3-P2 at this step.  Both references are refined
-until Richardson's estimate of their own error is an eighth of the accuracy.  Newton's tolerance: the loosest one that
-is, and whose error is, a hundredth of the accuracy at most, against the same run with the usual one.  The prediction is
-the sum of the errors, between the measurements by powers (observed orders); the cost is the units of work of the run
-(Newton iterations and steps) times the seconds of one.
+until Richardson's estimate of their own error is an eighth of the accuracy.  Newton tolerance: the loosest that is at
+most a hundredth of the accuracy, as is its error against the same run with the usual one.  The predicted error is the
+sum of the errors, interpolated by power laws (observed orders); the cost is the units of work of the run (Newton
+iterations and steps) times the seconds per unit.
 """
 
 import math
@@ -24,18 +24,18 @@ from ...scene import Scene, settings
 from ...scene.settings import Space, Stepping
 from ..study import Row
 
-#: Share of the accuracy that each reference's own error may take.
+#: Fraction of the accuracy allowed for the error of each reference.
 OWN = 1 / 8
-#: Newton's tolerance, and what it may change, over the accuracy.
+#: Newton tolerance, and the change that it may cause, over the accuracy.
 OF_NEWTON = 1 / 100
-#: Beyond this tolerance Newton gains nothing more, and `long` has come out 2 % wrong.
+#: A looser Newton tolerance saves nothing more, and gave results of `long` that were 2 % wrong.
 LOOSEST = 1e-4
 ALPHA = "generalized-alpha"
 
 
 @dataclass
 class Candidate:
-    """Settings with predicted error and seconds of the whole run."""
+    """Settings with the predicted error and seconds of the whole run."""
 
     space: Space
     stepping: Stepping
@@ -49,7 +49,7 @@ class Candidate:
 
 @dataclass
 class Pilot:
-    """Runs of the shortened scene, each made once; say: called with a sentence about what happens."""
+    """Runs of the shortened scene, each made once; say: called with sentences on the progress."""
 
     whole: Scene
     quantity: str
@@ -83,7 +83,7 @@ class Pilot:
         return self.runs[key]
 
     def difference(self, run: Run, fine: Run) -> float:
-        """Error of a run, with `fine` as the truth."""
+        """Error of a run, with `fine` as the reference."""
         reference = Reference(fine, self.start)
         if not reference.range_of(self.quantity) > 0:
             raise InputError(f"--quantity {self.quantity}: it does not change in this scene.")
@@ -92,10 +92,10 @@ class Pilot:
     def refine(
         self, chosen: Iterable[tuple[Space, Stepping]], what: str, highest: float
     ) -> tuple[list[tuple[tuple[Space, Stepping], float]], Run, float]:
-        """Run the chosen settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
+        """Run settings, each twice as fine as the last, until the error of the last is below OWN times the accuracy.
 
-        highest: order that Richardson's estimate may count on.  Returns ([(settings, error)], last run, its own error),
-        without those that failed.
+        highest: largest order for Richardson's estimate.  Returns ([(settings, error)], last run, its error), without
+        failed runs.
         """
         good: list[tuple[Space, Stepping]] = []
         runs: list[Run] = []
@@ -128,7 +128,7 @@ class Pilot:
         enough: float = 0.5,
         dearest: float = math.inf,
     ) -> list[tuple[tuple[Space, Stepping], float]]:
-        """[(settings, error)], finer and finer until the error is `enough` of the accuracy, or the work `dearest`."""
+        """[(settings, error)], ever finer until the error is `enough` of the accuracy, or the work `dearest`."""
         points = []
         for setting in chosen:
             run = self.run(*setting)
@@ -149,7 +149,7 @@ class Pilot:
             self.rows.append(row | costs)
 
     def measure_time(self) -> None:
-        """Curves over step or tolerance of every scheme, on the moderate mesh."""
+        """Measure error curves over step or tolerance for every scheme, on the moderate mesh."""
 
         def at(scheme: str, steps: Any) -> list[tuple[Space, Stepping]]:
             return [(self.mesh, Stepping(scheme, h)) for h in steps]
@@ -173,7 +173,7 @@ class Pilot:
         self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as requested
 
     def measure_space(self) -> None:
-        """Curves over 1/cells of every pair, at the same step."""
+        """Measure error curves over 1/cells for every pair, at the same step."""
         if not self.mesh.mu:
             self.own_space, self.best = 0.0, self.mesh
             return
@@ -192,7 +192,7 @@ class Pilot:
             self._keep("space", points)
 
     def measure_newton(self) -> None:
-        """Newton's tolerance, its error, and the work that is left, at the same step on the moderate mesh."""
+        """Find the Newton tolerance, its error, and the remaining work, at the same step on the moderate mesh."""
         truth, allowed = self.run(self.mesh, Stepping(ALPHA, self.step)), OF_NEWTON * self.accuracy
         for newton in (10.0**-k for k in range(4, 9)):
             stepping = Stepping(ALPHA, self.step, newton=newton)
@@ -204,7 +204,7 @@ class Pilot:
                 return
 
     def second_per_work(self, space: Space) -> float:
-        """CPU seconds of a unit of work, linear in the cells of a pair."""
+        """CPU seconds per unit of work, linear in the cells of a pair."""
         found = [(s.cells, r) for (s, _), r in self.runs.items() if r and (s.mu, s.nu) == (space.mu, space.nu)]
         sizes = sorted({n for n, _ in found})
         means = [sum(r.cpu for n, r in found if n == m) / sum(_work(r) for n, r in found if n == m) for m in sizes]
@@ -214,7 +214,7 @@ class Pilot:
         return float(means[0] if slope < 0 else max(constant + slope * space.cells, 0.5 * min(means)))
 
     def seconds(self, space: Space, scheme: str, adaptive: bool, x: float) -> float:
-        """Wall time of the stepping loop of the whole run; work over x by powers, as the errors."""
+        """Wall time of the stepping loop of the whole run; work as a power law in x, as the errors."""
         known = sorted(
             (s.tolerance if adaptive else s.step, _work(r))
             for (m, s), r in self.runs.items()
@@ -224,7 +224,7 @@ class Pilot:
         sizes, works = np.log(np.array(known)).T
         work = math.exp(np.interp(math.log(x), sizes, works))
         if math.log(x) < sizes[0]:
-            power = 1.0 if not adaptive else 1 / 3  # steps of order 2 shrink like the cubic root of the tolerance
+            power = 1.0 if not adaptive else 1 / 3  # steps of order 2 scale with the cube root of the tolerance
             work *= (math.exp(sizes[0]) / x) ** power
         done = [run for run in self.runs.values() if run]
         work *= self.work_of_newton
@@ -242,7 +242,7 @@ class Pilot:
         return float(in_time(stepping.tolerance or stepping.step) + error + self.of_newton)
 
     def candidates(self, target: float) -> list[Candidate]:
-        """For every pair and family the cheapest settings whose predicted error is at most `target`, cheapest first."""
+        """The cheapest settings of every pair and family with a predicted error of at most `target`, cheapest first."""
         best: dict[tuple[str, str, bool], Candidate] = {}
         for space, in_space in self._spaces(target - self.of_newton):
             known = in_space + self.of_newton
@@ -268,7 +268,7 @@ class Pilot:
 
 
 def moderate(scene: Scene) -> Space:
-    """Mesh of P2-P1 on which schemes are compared; the scene's own without a line."""
+    """P2-P1 mesh on which schemes are compared; the scene's own without lines."""
     own, pieces = settings.space_of(scene), len(scene.network.pieces)
     if not own.mu:
         return own
@@ -278,7 +278,7 @@ def moderate(scene: Scene) -> Space:
 def meshes(
     scene: Scene, curves: Mapping[tuple[int, int], Curve], finer: int, ratio: float
 ) -> list[tuple[Space, float]]:
-    """Meshes of each pair with their errors, from the coarsest that was measured to `finer` times the finest."""
+    """Meshes of each pair with their errors, from the coarsest measured to `finer` times the finest."""
     found = []
     for pair, curve in curves.items():
         if len(curve.x):
@@ -290,6 +290,6 @@ def meshes(
 
 
 def _work(run: Run) -> int:
-    """Units of work of a run: Newton iterations, and one residual more per step, rejected ones too."""
+    """Units of work of a run: Newton iterations, plus one residual per step, including rejected steps."""
     each = (run.iterations + run.steps) / max(run.steps, 1)
     return int(each * (run.steps + run.rejected))

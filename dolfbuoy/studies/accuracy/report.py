@@ -1,14 +1,14 @@
-"""`dolfbuoy study accuracy`: all numbers of the README on accuracy and time, from one command.
+"""`dolfbuoy study accuracy`: all numbers in the README on accuracy and time, from one command.
 
 For each of the paper's scenes, on a shortened run:
 
 - cases that vary the elements at one small step, cases that vary scheme and step on the scene's own elements, and
-  combinations between; all against one reference, as in `work_precision`.  They make the figure and the sentences;
-- the error of the schemes alone: the same elements at a much smaller step are the truth;
-- the whole run of the paper, by backward Euler and by a scheme of second order on the same elements;
+  combinations in between; all against one reference, as in `work_precision`.  They give the figure and the sentences;
+- the error of the schemes alone, against the same elements at a much smaller step; - the whole run of the paper, by
+backward Euler and by a second-order scheme on the same elements;
 
 and with them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
-Everything is kept on disk, case by case: an interrupted report goes on where it was.
+Cases are stored on disk one by one: an interrupted report continues where it stopped.
 """
 
 import json
@@ -44,12 +44,12 @@ SECOND = (BDF2, ALPHA)
 
 @dataclass(frozen=True)
 class Plan:
-    """Cases that are run of a scene until `end` [s].
+    """Cases of a scene, run until `end` [s].
 
-    reference: elements and step; its check has half and twice of them.  euler, second: steps of the schemes on the
-    scene's own elements, of which mesh_step is the truth.  spaces: elements of each pair, at space_step by
-    generalized-alpha.  mixed: the same for the large steps `mixed_steps` of the schemes of second order.  whole: end
-    and step of the whole run.
+    reference: elements and step; its check has half the elements and twice the step.  euler, second: steps of the
+    schemes on the scene's own elements, with mesh_step as reference.  spaces: elements of each pair, at space_step by
+    generalized-alpha.  mixed: the same for the large steps `mixed_steps` of second-order schemes.  whole: end and step
+    of the whole run.
     """
 
     end: float
@@ -94,7 +94,7 @@ FULL = {"short": SHORT, "long": LONG}
 
 
 def _quick(plan: Plan) -> Plan:
-    """A small version of a plan, to see that all works."""
+    """A small version of a plan, for a quick test."""
     space, step = plan.reference
     return replace(
         plan,
@@ -117,7 +117,7 @@ QUICK = {name: _quick(plan) for name, plan in FULL.items()}
 
 
 def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[Space, Stepping]]:
-    """All combinations of elements and steps that are run, each once; largest: of adaptive steps."""
+    """All combinations of elements and steps to be run, without duplicates; largest: of adaptive steps."""
     own = settings.space_of(scene)
     small, mixed = ([Space(*pair, n) for pair in of for n in of[pair]] for of in (plan.spaces, plan.mixed))
     found = [(own, Stepping(BE, h)) for h in plan.euler]
@@ -129,8 +129,8 @@ def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[S
 
 
 def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, Row]:
-    """The runs that are not timed: the reference and its check, the scene's own elements at a tiny step, and the whole
-    run by the scene's own scheme and by generalized-alpha."""
+    """Runs that are not timed: reference and check, own elements at a tiny step, and whole runs.
+    The whole runs are by the scene's own scheme and by generalized-alpha."""
     space, step = plan.reference
     own, (end, whole_step) = settings.space_of(scene), plan.whole
     whole = load_scene(scene, **{"time.end": end})
@@ -154,7 +154,7 @@ def pendulum(scheme: str, step: float, end: float) -> Row:
 
 
 def evaluate_pendulum(case: Row) -> Row:
-    """Share of its amplitude that the pendulum has left at the end, and that of the linear theory."""
+    """Fraction of its amplitude that the pendulum has left at the end, and that by linear theory."""
     simulation = Simulation(load_scene(pendulum(case["scheme"], case["step"], case["end"])), MPI.COMM_SELF)
     try:
         for _ in simulation.run():
@@ -184,7 +184,7 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
     fine = fine_cases(scene, plan, store)
     references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure, wp.work)
     timed = wp.cases(scene, settings_of(scene, plan, largest), fine["reference"], plan.repeats)
-    space = settings.space_of(scene)  # runs on its elements are kept
+    space = settings.space_of(scene)  # runs on its elements are stored
     timed = [with_file(c, store, "own") if (c["pair"], c["cells"]) == (space.pair, space.cells) else c for c in timed]
     found = evaluate_all(wp.evaluate, timed, store, wp.structure, wp.work)
     if found is None or references is None:
@@ -212,7 +212,7 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
 def add_scheme_errors(rows: list[Row], scene: Scene, plan: Plan, mesh: Row) -> None:
     """Add `scheme_error_Q` to the rows on the scene's own elements: against a tiny step on the same elements.
 
-    None where that run's own error (Richardson, from the smallest step of generalized-alpha) hides it.
+    None if hidden by that run's own error (Richardson, from the smallest step of generalized-alpha).
     """
     truth = Reference(Run.kept(mesh["file"]), acc.window_start(scene))
     kept = [row for row in rows if "file" in row and not row["reason"]]
@@ -230,7 +230,7 @@ def add_scheme_errors(rows: list[Row], scene: Scene, plan: Plan, mesh: Row) -> N
 
 
 def extremes(scene: Scene, fine: dict[str, Row]) -> list[Row]:
-    """Largest and smallest value after the ramp in the whole run: by the scene's own scheme, and of second order."""
+    """Largest and smallest values after the ramp in the whole run, by the scene's own and a second-order scheme."""
     start, rows = acc.window_start(scene), []
     own, second = (Run.kept(fine[key]["file"]) for key in ("whole_own", "whole"))
     for name in acc.quantities_of(scene):
@@ -245,9 +245,9 @@ def extremes(scene: Scene, fine: dict[str, Row]) -> list[Row]:
 
 
 def run(folder: Path, quick: bool = False) -> None:
-    """Compute what is missing, then write report.md, report.json and the figures into `folder`.
+    """Compute missing cases, then write report.md, report.json and the figures into `folder`.
 
-    folder/work keeps the cases.  quick: a small version, to see that all works; its numbers are not worth quoting.
+    folder/work stores the cases.  quick: a small version, for a quick test; its numbers are not to be quoted.
     """
     folder = Path(folder)
     if MPI.COMM_WORLD.rank == 0:

@@ -1,4 +1,4 @@
-"""Judgement and words of `report`: tables, sentences and recommendations from the rows of its cases."""
+"""Evaluation and text of `report`: tables, sentences and recommendations from the rows of its cases."""
 
 import math
 from typing import Any
@@ -12,12 +12,12 @@ from ...scene.sections import SCHEMES
 from ..study import Row
 from . import work_precision as wp
 
-#: Accuracies in the tables, and the quantity of most of them.
+#: Accuracies in the tables, and the quantity of most tables.
 ACCURACIES = (0.01, 0.001)
 QUANTITY = "tension_top"
 ERROR_IN_TIME = f"scheme_error_{QUANTITY}"
 BE, BDF2, ALPHA = SCHEMES
-#: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
+#: Period of the pendulum, as in Sect. 5.1 of the paper [s], and its amplitude [rad].
 PERIOD, SWING = 5.0, 0.02
 
 
@@ -27,7 +27,7 @@ def _own(rows: list[Row]) -> Row:
 
 
 def own_elements(rows: list[Row]) -> list[Row]:
-    """Cases on the scene's own elements that ran."""
+    """Successful cases on the scene's own elements."""
     own = _own(rows)
     return [r for r in rows if (r["pair"], r["cells"]) == (own["pair"], own["cells"]) and not r["reason"]]
 
@@ -39,7 +39,7 @@ def _in_time(rows: list[Row], scheme: str) -> list[tuple[float, float, float]]:
 
 
 def _reached(points: Any) -> dict[str, Any]:
-    """Cheapest of a family of cases that reach each of the ACCURACIES; see `compare.reach`."""
+    """Size and seconds at which a family of cases reaches each of the ACCURACIES; see `compare.reach`."""
     return {f"{accuracy:g}": reach(points, accuracy) for accuracy in ACCURACIES}
 
 
@@ -69,7 +69,7 @@ def adaptive(rows: list[Row]) -> list[Row]:
 
 
 def pairs(rows: list[Row]) -> list[Row]:
-    """Per element pair, of cases at one small step: elements and seconds for the ACCURACIES."""
+    """Per element pair, from cases at one small step: elements and seconds for the ACCURACIES."""
     table = []
     for pair, chosen in groups(rows, "pair").items():
         needed = _reached([(1 / r["cells"], r[f"bound_{QUANTITY}"], r["wall"]) for r in chosen])
@@ -80,7 +80,7 @@ def pairs(rows: list[Row]) -> list[Row]:
 
 
 def judge(scene: Row) -> Row:
-    """The facts of a scene with their tables."""
+    """Evaluate a scene: its facts and tables."""
     rows, small = scene["rows"], (ALPHA, scene["space_step"], None, None)
     spaces = [r for r in rows if (r["scheme"], r["step"], r["tolerance"], r["reason"]) == small]
     return scene | {
@@ -116,15 +116,15 @@ def scheme_rows(facts: Row) -> list[Row]:
 
 
 def _cheapest(lines: list[Row], key: str) -> tuple[Row | None, list[Row]]:
-    """The scheme or pair that reaches an accuracy in the least time, and the others that reach it."""
+    """The fastest scheme or pair that reaches an accuracy, and the others that reach it."""
     able = [line for line in lines if line[key]]
     best = min(able, key=lambda line: line[key]["seconds"], default=None)
     return best, [line for line in able if line is not best]
 
 
 def default_scheme(facts: Row) -> Row | None:
-    """Another default than backward Euler: a scheme that is the cheapest in every scene for 1 %, by a factor of two at
-    least, with a step per period that is enough in all of them; else None."""
+    """A better default than backward Euler: a scheme at least twice as fast for 1 % in every scene, or None.
+    With a step per period that is small enough in all scenes."""
     key, ratios = f"{ACCURACIES[0]:g}", []
     found = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
     best = [line for line in found if line]
@@ -190,7 +190,7 @@ def _seconds(found: Any) -> str:
 
 
 def _plain(number: float) -> str:
-    """Two digits, without powers of ten."""
+    """A number to two digits, without powers of ten."""
     return f"{float(f'{number:.2g}'):g}"
 
 
@@ -201,7 +201,7 @@ EXTREMES = {"what": "", "own": "backward Euler", "second": "second order", "diff
 
 
 def markdown(facts: Row) -> str:
-    """The report."""
+    """The report as Markdown."""
     scenes, free, cells = facts["scenes"], facts["pendulum"], facts["static"][0]["cells"]
     end, step = free[0]["end"], free[0]["step"]
     ends = " and ".join(

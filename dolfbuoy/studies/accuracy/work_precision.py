@@ -1,9 +1,9 @@
-"""Error against wall time over pairs, cells, schemes, steps and Newton's tolerances: what accuracy costs.
+"""Error against wall time over pairs, cells, schemes, steps and Newton tolerances: the cost of accuracy.
 
 The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The
-difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below
-three times that is not resolved.  An accuracy counts as met only where Newton's tolerance is at most a hundredth of
-it.  Asked of the largest value too, both errors have to do: that of a maximum alone may vanish by chance.
+difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); errors below
+three times that are not resolved.  An accuracy counts as met only if the Newton tolerance is at most a hundredth of it.
+If it is also required of the maximum, both errors must meet it, as that of a maximum alone may vanish by chance.
 """
 
 import itertools
@@ -29,15 +29,15 @@ from ..study import Row, Table
 from .linear_answer import linear_answer
 
 ACCURACIES = (0.1, 0.01, 0.001)
-#: Newton's tolerance over an accuracy, at most.
+#: Largest ratio of Newton tolerance to accuracy.
 TIGHTER = 0.01
-#: What of a case is not shown.
+#: Keys of a case that are not shown.
 HIDDEN = ("study", "scene", "reference", "file")
 
-#: The largest value of each quantity, in a sentence.
+#: Name of the largest value of each quantity, in a sentence.
 LARGEST = {name: f"largest {text}" for name, text in acc.QUANTITIES.items()}
 
-#: What decides which forms are compiled.
+#: Key that determines the compiled forms.
 structure = itemgetter("pair")
 
 
@@ -52,7 +52,7 @@ def request(
     newton: Any,
     repeats: int,
 ) -> Row:
-    """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
+    """The scene until t_end, by default the ramp and four periods, its largest step, and the settings."""
     whole, tolerances = load_scene(scene), settings.parse_numbers("--tolerances", tolerances)
     if tolerances and max(tolerances) >= 1:
         raise InputError(f"--tolerances {tolerances}: must be below 1.")
@@ -77,7 +77,7 @@ def request(
 
 
 def default_steps(scene: Scene) -> list[float]:
-    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
+    """Default steps: from a fiftieth of the period down to a 500th, or from the scene's step up."""
     if period := settings.period_of(scene):
         steps = [period / n for n in (500, 250, 100, 50)]
     else:
@@ -92,7 +92,7 @@ def steppings(
     largest: float | None = None,
     newton: Sequence[float] = (settings.NEWTON,),
 ) -> list[Stepping]:
-    """Fixed steps of every scheme, and tolerances of those of second order, each with every tolerance of Newton's.
+    """Fixed steps of every scheme, and tolerances of second-order schemes, each with every Newton tolerance.
 
     largest: of adaptive steps.
     """
@@ -118,7 +118,7 @@ def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
 
 
 def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path) -> list[Row]:
-    """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
+    """Cases of the reference's check (half its cells, twice its step) and of the reference, each with its file."""
     space = coarse = Space()
     step, nodes = min(steps) / 4, max(space.mu * space.cells for space in spaces_)
     if nodes:
@@ -131,14 +131,14 @@ def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: 
 
 
 def cases(scene: Scene, chosen: Iterable[tuple[Space, Stepping]], reference: Row, repeats: int) -> list[Row]:
-    """A case of each (Space, Stepping), once, and the scene's own settings first."""
+    """A case of each (Space, Stepping), without duplicates, with the scene's own settings first."""
     own = (settings.space_of(scene), settings.stepping_of(scene))
     more = {"repeats": repeats, "reference": reference["file"]}
     return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *chosen])]
 
 
 def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
-    """The scene with these settings, and what they are."""
+    """Case: the scene with these settings, and their names."""
     what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
     what |= {"tolerance": stepping.tolerance, "newton": stepping.newton}
     changed = settings.with_settings(scene, space, stepping).to_dict()
@@ -146,12 +146,12 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
 
 
 def work(case: Row) -> float:
-    """Seconds that a case may take, against the others."""
+    """Estimated time of a case relative to others."""
     return seconds_of(load_scene(case["scene"])) * int(case.get("repeats", 1))
 
 
 def evaluate_reference(case: Row) -> Row:
-    """A fine run, its quantities in `file`; the answer of the linear response."""
+    """Compute a fine run, with its quantities in `file`, and the linear response's estimate."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
     run.save(case["file"])
@@ -160,7 +160,7 @@ def evaluate_reference(case: Row) -> Row:
 
 
 def evaluate(case: Row) -> Row:
-    """Errors and times of one case; the reason of a case that fails.  With a key `file` its quantities go there."""
+    """Errors and times of a case, or the reason of its failure.  With a key `file`, writes its quantities there."""
     scene = load_scene(case["scene"])
     names = acc.quantities_of(scene)
     try:
@@ -179,7 +179,7 @@ def evaluate(case: Row) -> Row:
 
 
 def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict[str, Error]]:
-    """Marked rows of the cases without what is not shown, and the reference's own errors."""
+    """Marked rows of the cases without HIDDEN keys, and the reference's own errors."""
     fine, coarse = Reference(Run.kept(reference["file"]), acc.window_start(scene)), Run.kept(check["file"])
     changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
     own = {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
@@ -187,8 +187,8 @@ def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[
 
 
 def mark(rows: list[Row], own: Row) -> list[Row]:
-    """Add what every case proves: `bound_Q`, and `resolved_Q`, False where the reference is not fine enough; the same
-    of the maximum."""
+    """Add `bound_Q`, and `resolved_Q` (False if the reference is not fine enough), to every case.
+    The same for the maximum."""
     for row in rows:
         for name, error in own.items():
             for which, limit in (("", error.rms), ("max_", error.maximum)):
@@ -199,13 +199,13 @@ def mark(rows: list[Row], own: Row) -> list[Row]:
 
 
 def bound_of(row: Row, name: str, largest: bool) -> float | None:
-    """Upper bound of the rms error of a row, with `largest` of the maximum's too; None if it failed."""
+    """Upper bound of the rms error of a row, with `largest` also of the maximum's; None if it failed."""
     rms = row.get(f"bound_{name}")
     return max(rms, row[f"max_bound_{name}"]) if largest and rms is not None else rms
 
 
 def front(rows: list[Row], name: str, largest: bool = False) -> list[Row]:
-    """Pareto front of wall time and error of a quantity, from the fastest on; of the maximum too with `largest`."""
+    """Pareto front of wall time and error of a quantity, fastest first; with `largest`, also of the maximum."""
     bounds = [(row, bound_of(row, name, largest)) for row in rows]
     done = [(row, bound) for row, bound in bounds if bound is not None]
     return [done[i][0] for i in compare.pareto([(row["wall"], bound) for row, bound in done])]
@@ -240,7 +240,7 @@ def sentence(rows: list[Row], name: str, accuracy: float) -> str:
 
 
 def sentence_of_maximum(rows: list[Row], name: str, accuracy: float) -> str:
-    """The same of the largest value too: the cheapest settings, if they are others than for the rms alone."""
+    """The same including the maximum: the cheapest settings, if they differ from those for the rms alone."""
     what = f"{percent(accuracy)} in {LARGEST[name]} too"
     rms, both = (cheapest(rows, name, accuracy, largest) for largest in (False, True))
     if both is None:
@@ -274,7 +274,7 @@ def notes(rows: list[Row], own: Row, fine: Row, ranks: int = 1) -> list[str]:
 
 
 def front_rows(rows: list[Row], names: Sequence[str]) -> list[Row]:
-    """Table of the Pareto fronts: of the rms of each quantity, and of its largest value too."""
+    """Table of the Pareto fronts: for the rms of each quantity, and including its maximum."""
     lines, keys = [], ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")
     chosen = [(name, largest, row) for name in names for largest in (False, True) for row in front(rows, name, largest)]
     for name, largest, row in chosen:
@@ -287,7 +287,7 @@ def front_rows(rows: list[Row], names: Sequence[str]) -> list[Row]:
 
 
 def shown(row: Row, name: str, which: str = "") -> str:
-    """The error of a row in percent, or what it is less than."""
+    """The error of a row in percent, or an upper bound."""
     error, bound = row[f"{which}error_{name}"], row[f"{which}bound_{name}"]
     return percent(bound) if error == bound else f"< {percent(bound)}"
 
@@ -354,9 +354,9 @@ def study(
     repeats: int = 3,
     **more: Any,
 ) -> list[Table]:
-    """Every case, and the Pareto fronts; `scene` with the end that is wanted.
+    """Tables of all cases and of the Pareto fronts; `scene` with the desired end.
 
-    more: largest, of adaptive steps; newton, its tolerances.
+    more: largest (of adaptive steps) and newton (tolerances).
     """
     end = settings.check_time(scene).end
     if not acc.quantities_of(scene):

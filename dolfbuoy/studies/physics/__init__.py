@@ -1,1 +1,1 @@
-"""The worth of the physics: every effect left out, and the balance of energy."""
+"""Importance of the physics: each effect left out, and the energy balance."""

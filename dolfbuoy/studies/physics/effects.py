@@ -1,14 +1,14 @@
-"""Worth and cost of each effect of a scene: left out of the scene, and added alone to the barest one.
+"""Importance and cost of each effect of a scene: left out of the scene, and added alone to the barest one.
 
-The barest scene is cable, buoy and hydrostatics.  A change is the rms difference over the run, without the ramp at its
-start, relative to the range (max - min) of the full run; the change of the maximum likewise.  Cost is counted twice:
+The barest scene is cable, buoy and hydrostatics.  A change is the rms difference over the run after its ramp, relative
+to the range (max - min) of the full run; the change of the maximum likewise.  Cost is measured in two ways:
 
-- operations: distinct nodes of the residual's expression graph, after derivatives and tensor algebra are expanded and
-  without constants, coefficients and arguments.  A subexpression that is used twice is computed and counted once.
+- operations: distinct nodes of the residual's expression graph, after expansion of derivatives and tensor algebra,
+without constants, coefficients and arguments.  A subexpression used twice is computed and counted once.
   The number depends on the scene alone, not on machine, compiler or mesh.
-- time per step: processor time, median over steps of both scenes taken in turn, so that both see the same machine.
+- time per step: processor time, median over steps of both scenes taken in turn, so that both see the same load.
 
-What a buoy is made of (point masses, inertia) is no effect: nothing in the form would vanish with it.
+The masses of a buoy (point masses, inertia) are not an effect: leaving them out removes nothing from the form.
 """
 
 import math
@@ -38,7 +38,7 @@ from ...scene.settings import everywhere
 from .. import sea
 from ..study import Row, Table
 
-#: Steps of both scenes that are timed in turn.
+#: Number of steps of both scenes timed in turn.
 TIMED = 200
 
 
@@ -51,7 +51,7 @@ def request(scene: Scene | str, t_end: float | None, threshold: str) -> Row:
 
 
 def effects_of(scene: Scene) -> list[str]:
-    """Names of the effects that the scene calls for and that can be left out."""
+    """Names of the effects of the scene that can be left out."""
     return [effect.name for effect in model.called_by(scene) if effect.removable]
 
 
@@ -63,14 +63,14 @@ def operations(form: ufl.Form) -> int:
 
 
 def variant(scene: Scene, left_out: Collection[str] = (), only: Collection[str] | None = None) -> Scene:
-    """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
+    """The scene without `left_out`; with `only`, the barest scene plus these.  Raises InputError if that is invalid."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
     effects = [e for e in model.EFFECTS if e.name in left_out]
     changes: Row = {e.key: e.neutral for e in effects} | {key: None for e in effects for key in e.brings}
     places: Row = {}
     for key, value in changes.items():
-        if key.rpartition(".")[0] not in changes:  # it would bring back the section that is left out as a whole
+        if key.rpartition(".")[0] not in changes:  # it would bring back a section left out as a whole
             places |= everywhere(scene, key, value)
     return load_scene(scene, **places)
 
@@ -91,9 +91,9 @@ def _case(scene: Scene, files: dict[str, str], mode: str, name: str, choice: Row
 
 
 def evaluate(case: Row) -> Row:
-    """Changes and costs against the base, or the reason why a scene cannot be.  The run of a base goes to `file`.
+    """Changes and costs against the base, or the reason why a scene is invalid.  A base's run is saved in `file`.
 
-    "components": costs alone, with no more components of the sea than its crests need, next to the full scene.
+    "components": only the costs, with no more wave components than the crests need, against the full scene.
     """
     scene = load_scene(case["scene"])
     if "components" in case:
@@ -120,7 +120,7 @@ def evaluate(case: Row) -> Row:
 
 
 def side_by_side(base: Scene, changed: Scene) -> Row:
-    """Costs of both scenes; their steps are taken in turn, so that they share whatever disturbs the machine."""
+    """Costs of both scenes, with steps taken in turn, so that disturbances of the machine affect both."""
     pair: list[Simulation] = []
     spent: tuple[list[float], list[float]] = ([], [])
     try:
@@ -151,14 +151,14 @@ def largest(row: Row, names: Sequence[str], prefix: str = "change_") -> tuple[fl
 
 
 def judge(rows: list[Row], names: Sequence[str], threshold: float) -> tuple[list[str], list[str]]:
-    """Effects that the scene needs for the threshold, and those in vain; an impossible removal is a need."""
+    """Effects that the scene needs for the threshold, and superfluous ones; one that cannot be removed is needed."""
     removed = [row for row in rows if row["mode"] == "without"]
     needed = [row["effect"] for row in removed if row["reason"] or largest(row, names)[0] > threshold]
     return needed, [row["effect"] for row in removed if row["effect"] not in needed]
 
 
 def notes(rows: list[Row], names: Sequence[str], threshold: float) -> list[str]:
-    """Sentences on what the scene needs and what it pays for in vain."""
+    """Sentences on needed and superfluous effects."""
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     chosen, limit = judge(rows, names, threshold), compare.percent(threshold)
 
@@ -192,7 +192,7 @@ def notes(rows: list[Row], names: Sequence[str], threshold: float) -> list[str]:
 
 
 COSTS = {key: key for key in ("effect", "unknowns", "operations", "forms")} | {"time": "ms per step"}
-#: Mode -> words of the tables for its rows, and for what they are compared with.
+#: Mode -> words in the tables for its rows, and for the base of comparison.
 MODES = {
     "without": ("it is left out", "without it, compared with the full scene"),
     "alone": ("it is added alone to the barest scene", "with it alone, compared with the barest scene"),
@@ -200,7 +200,7 @@ MODES = {
 
 
 def questions(rows: list[Row], names: Sequence[str]) -> list[Table]:
-    """A table for every question, its rows by the size of what they change; what is impossible comes first."""
+    """A table for every question, rows in order of change; impossible removals come first."""
     by_mode, tables = groups(rows, "mode"), []
     heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
     for mode, (when, compared) in MODES.items():
@@ -227,14 +227,14 @@ def _shown(row: Row, names: Sequence[str]) -> Row:
 
 
 def _share(change: float) -> str:
-    """In percent, with two digits and without powers of ten."""
+    """A change in percent, to two digits, without powers of ten."""
     if 0 < change < 1e-4:
         return "<0.01"
     return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
 
 
 def draw(rows: list[Row], names: Sequence[str], threshold: float) -> Figure:
-    """Left: change when an effect is left out.  Right: the share of a step's time that it takes."""
+    """Left: change when an effect is left out.  Right: its fraction of the time per step."""
     without = [row for row in rows if row["mode"] == "without"]
     places = {effect: -k for k, effect in enumerate(dict.fromkeys(row["effect"] for row in without))}
     figure = new_figure(PAGE, 1.3 + 0.36 * len(places))
@@ -270,13 +270,13 @@ def draw(rows: list[Row], names: Sequence[str], threshold: float) -> Figure:
 
 
 def compute(folder: Path, scene: Scene, threshold: float) -> list[Row] | None:
-    """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
+    """Each effect left out and alone, and all superfluous ones left out at once; None on all ranks but 0."""
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")
     bases = [with_file(_case(scene, {}, "base", base, how, base), folder, base) for base, how in BASES.items()]
     evaluate_all(evaluate, bases, folder, itemgetter("base"))
-    rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn
+    rows = evaluate_all(evaluate, cases(scene, bases), folder)  # different forms, which `compat` compiles in turn
     vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
     if len(vain) > 1:
         files = {case["base"]: case["file"] for case in bases}
@@ -292,7 +292,7 @@ def compute(folder: Path, scene: Scene, threshold: float) -> list[Row] | None:
 
 
 def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
-    """All rows in one file; shown question by question."""
+    """Tables: all rows in one file, shown question by question."""
     rows = compute(folder, scene, threshold)
     if rows is None:
         return []

@@ -1,4 +1,4 @@
-"""The energy of a run: what is put in is stored or dissipated, and the rest is what the time scheme takes away.
+"""Energy balance of a run: input is stored or dissipated; the defect is numerical damping of the time scheme.
 
 The semi-discrete equations balance exactly (see `motion.energy`).  So the defect
 
@@ -52,9 +52,9 @@ SCENES = {"driven": (60.0, (0.04, 0.02, 0.01)), "short": (40.0, (0.04, 0.02, 0.0
 
 
 def load(name: str | Row, t_end: float, step: float, scheme: str) -> Scene:
-    """A scene of which the balance is exact in space: an elastic cable gets one tension per element.
+    """A scene with an exact balance in space: an elastic cable gets one tension per element.
 
-    Cables that go slack admit no generalized-alpha but that without memory of fast motions.
+    Cables that go slack allow generalized-alpha only without memory of fast motions.
     """
     scene = load_scene(name, time={"end": t_end, "step": step, "scheme": "backward-euler", "tolerance": None})
     sections = [piece.section for piece in scene.network.pieces]
@@ -77,10 +77,10 @@ def evaluate(case: Row) -> Row:
 
 
 def balance(simulation: Simulation, steps: Iterable[Any], name: str) -> Row:
-    """Work of every kind [J] over steps from rest, stored energy, and the defect; powers by the trapezoid.
+    """Work of each kind [J] over steps from rest, stored energy, and the defect; trapezoidal rule for powers.
 
-    steps: whose every turn takes one.  relative: of the work of the drag, without drag of all rises and falls of the
-    kinetic energy.  Raises InputError where nothing moves, or something does at first.
+    steps: iterator that takes a step each time.  relative: to the work of drag or, without drag, to the total variation
+    of the kinetic energy.  Raises InputError if nothing moves, or if something moves at the start.
     """
     meter = Meter(simulation)
     old, t = meter.read(), 0.0
@@ -104,7 +104,7 @@ def balance(simulation: Simulation, steps: Iterable[Any], name: str) -> Row:
 
 
 def cases(scene: str | None = None, t_end: float | None = None, steps: Any = None) -> list[Row]:
-    """Every scheme with every step, of one scene or of a driven cable and the moored buoy `short`."""
+    """Every scheme with every step, for one scene or for a driven cable and the moored buoy `short`."""
     chosen = {name: SCENES.get(name, (20.0, (0.04, 0.02, 0.01))) for name in ([scene] if scene else SCENES)}
     return [
         {"scene": name, "t_end": t_end or usual_end, "scheme": scheme, "step": step}
@@ -120,7 +120,7 @@ def _steps(case: Row) -> float:
 def study(
     folder: Path, scene: str | None = None, t_end: float | None = None, steps: list[float] | None = None
 ) -> list[Table]:
-    """The balance of every scene."""
+    """Tables of the balance of every scene."""
     found, tables = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene"), _steps), []
     for name, rows in groups(found or [], "scene").items():
         for mine in groups(rows, "scheme").values():

@@ -1,7 +1,7 @@
 """A hull afloat and in small waves: hydrostatics, natural periods and response, moored and free.
 
-The response is that of the equations linearised about the equilibrium, `linear.seaway`.  Runs in time in small waves
-check it at a few periods; so does potential flow where its coefficients are given.
+The response is that of the equations linearised about the equilibrium, `linear.seaway`, checked by runs in small waves
+at a few periods, and by potential flow if its coefficients are given.
 """
 
 import cmath
@@ -40,7 +40,7 @@ MOTIONS = {"surge": "m/m", "heave": "m/m", "pitch": "rad/m"}
 AMPLITUDE = 1e-3
 #: Periods of the response [s]: dense enough for a curve.
 PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24), np.linspace(14.5, 20.0, 12)])
-#: Heels of the righting levers [deg].
+#: Heel angles of the righting levers [deg].
 HEELS = np.arange(0.0, 180.5, 5.0)
 
 
@@ -70,7 +70,7 @@ def request(name: str | Scene, periods: str, direction: float | None, capytaine:
 
 
 def _buoy(scene: Scene) -> Buoy:
-    """The only one."""
+    """The only buoy."""
     return next(iter(scene.network.buoys.values()))
 
 
@@ -86,9 +86,9 @@ def _floating(scene: Scene, pull: float = 0.0) -> Floating | None:
 
 
 def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capytaine: Path | None = None) -> list[Row]:
-    """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
+    """Cases of hydrostatics, response, and a run per period; moored if there is a cable, free if the buoy floats.
 
-    capytaine: a file of potential flow, which the free buoy is compared with.
+    capytaine: a potential-flow file, with which the free buoy is compared.
     """
     free = _floating(scene)
     ways = ["moored"] * (scene.cable is not None) + ["free"] * (free is not None)
@@ -104,8 +104,7 @@ def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capy
 
 
 def evaluate(case: Row) -> Row:
-    """The rows that the case's part finds, of the scene "moored" or its buoy "free" in still water; a reason if its
-    solve fails."""
+    """Rows of a case, of the scene "moored" or its buoy "free" in still water, or the reason of a failed solve."""
     scene = load_scene(case["scene"])
     if case["held"] == "free":
         free = {"cable": None, "joint": None, "seabed": None, "initial": Initial()}
@@ -117,7 +116,7 @@ def evaluate(case: Row) -> Row:
 
 
 def _hydrostatics(scene: Scene, _: Any) -> Row:
-    """Righting levers, and upright numbers; moored under the vertical pull of the cable at rest."""
+    """Righting levers and upright hydrostatics; moored, under the vertical pull of the cable at rest."""
     pull = 0.0
     if scene.cable:
         problem = solve_equilibrium(scene, MPI.COMM_SELF)
@@ -139,13 +138,13 @@ def _response(scene: Scene, case: Row) -> Row:
         amplitudes = {name: getattr(one.motions, name) for name in MOTIONS}
         rows.append({"period": one.period, "wavelength": 2 * math.pi / one.wavenumber})
         for name, X in (amplitudes | {"pitch_over_slope": one.pitch_over_slope}).items():
-            phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # by which it comes after the elevation; no -0
+            phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # lag behind the elevation; no -0
             rows[-1] |= {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 
 def _run(scene: Scene, case: Row) -> Row:
-    """Motions by a run in time."""
+    """Motions from a run in time."""
     shape: Any = shape_of(_buoy(scene))
     amplitude = AMPLITUDE * shape.max_diameter
     found = measured(scene, case["period"], case["direction"], amplitude)
@@ -154,7 +153,7 @@ def _run(scene: Scene, case: Row) -> Row:
 
 
 def _flow(scene: Scene, case: Row) -> Row:
-    """Motions by potential flow, with the mass and stiffness of the free buoy."""
+    """Motions from potential flow, with the mass and stiffness of the free buoy."""
     flow, mass = read_capytaine(case["file"]), mass_properties(_buoy(scene))
     free: Any = _floating(scene)
     stiffness = (0.0, free.heave_stiffness, mass.mass * scene.gravity * free.GM)
@@ -165,7 +164,7 @@ def _flow(scene: Scene, case: Row) -> Row:
 
 
 def _compared(other: Mapping[str, complex], own: Any, name: str) -> Row:
-    """Another's motions with our own, and the difference as complex numbers in percent of the other's."""
+    """Other motions next to ours, and the difference of the complex amplitudes in percent of the former."""
     row = {"period": own.period}
     for motion in MOTIONS:
         X, linear = other[motion], getattr(own.motions, motion)
@@ -175,7 +174,7 @@ def _compared(other: Mapping[str, complex], own: Any, name: str) -> Row:
 
 
 def _stability(levers: list[Row]) -> Row:
-    """The heel at which the lever first vanishes, the largest lever up to there, and its heel."""
+    """Heel at which the lever first vanishes, largest lever below it, and its heel."""
     heel, lever = (np.array([point[key] for point in levers]) for key in ("heel_deg", "lever"))
     lost = next((k for k in range(2, len(heel)) if lever[k] <= 1e-9 < lever[k - 1]), None)
     vanishing = None
@@ -193,7 +192,7 @@ RESONANCE = (
     "Near a natural period with little damping a run is not steady by then, and its drag, which the linear response "
     "lacks in still water, counts."
 )
-#: Key -> quantity and unit of the numbers of hydrostatics.
+#: Key -> quantity and unit of the hydrostatic numbers.
 NUMBERS = {
     "mass": ("mass", "kg"),
     "pull": ("vertical pull of the cable at rest", "N"),
@@ -228,7 +227,7 @@ RESPONSE |= {"pitch_over_slope": "pitch/slope", "pitch_over_slope_phase": "phase
 def study(
     folder: Path, scene: Scene, runs: list[float], direction: float = 0.0, capytaine: Path | None = None
 ) -> list[Table]:
-    """Hydrostatics, levers, natural periods, response, runs, and potential flow where it is given."""
+    """Tables of hydrostatics, levers, natural periods, response, runs, and potential flow if given."""
     found = evaluate_all(evaluate, cases(scene, runs, direction, capytaine), folder, itemgetter("part", "held"))
     if found is None:
         return []
@@ -274,7 +273,7 @@ def study(
 
 
 def _unheld(scene: Scene) -> list[str]:
-    """Reason why a moored buoy is not analysed without its cable."""
+    """Sentence on why a moored buoy is not analysed without its cable."""
     free = _floating(scene)
     if scene.cable is None or (free is not None and free.GM > 0):
         return []
@@ -288,23 +287,23 @@ PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "p
 
 
 def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest: float) -> Figure:
-    """Amplitudes and phases of surge, heave and pitch; runs and flow: rows to be marked next to the curves.
+    """Amplitudes and phases of surge, heave and pitch; runs and flow: rows marked next to the curves.
 
     shortest: period below which waves are too short for strips.
     """
     figure = new_figure(PAGE, 4.2)
     panels = figure.subplots(2, 3, sharex=True)
     for (name, title), (top, below) in zip(PANELS.items(), panels.T, strict=True):
-        phase = name.split("_")[0]  # motion with its phase below a panel
+        phase = name.split("_")[0]  # motion; its phase is in the panel below
         for held, rows in groups(linear, "held").items():
             period, phases = ([row[key] for row in rows] for key in ("period", f"{phase}_phase"))
             top.plot(period, [row[name] for row in rows], color=COLOR[held], label=held)
-            broken = np.abs(np.diff(phases, prepend=phases[0])) > 170  # at an undamped peak, or from side to side
+            broken = np.abs(np.diff(phases, prepend=phases[0])) > 170  # at an undamped peak, or wrapped
             below.plot(period, np.where(broken, np.nan, phases), color=COLOR[held])
             _mark(top, below, name, phase, [row for row in runs if row["held"] == held], "run", COLOR[held])
         _mark(top, below, name, phase, flow, "flow", COLORS["ink"])
         values = [row[name] for row in linear if row["period"] >= shortest] or [row[name] for row in linear]
-        if values:  # no higher than thrice what is usual: undamped peaks have no height
+        if values:  # at most three times the median: undamped peaks are unbounded
             top.set_ylim(0, 1.08 * min(max(values), 3 * float(np.median(values))))
         top.set_title(title)
         below.set(xlabel="period [s]", ylim=(-190, 190), yticks=range(-180, 181, 90))
@@ -320,7 +319,7 @@ def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest
 
 
 def _mark(top: Any, below: Any, name: str, phase: str, rows: list[Row], source: str, color: str) -> None:
-    """Points of runs or of potential flow, if there are any."""
+    """Mark points of runs or potential flow, if any."""
     if not rows:
         return
     marker, label = {"run": ("o", "runs in time"), "flow": ("+", "potential flow, free")}[source]

@@ -1,4 +1,4 @@
-"""Runs in time against the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
+"""Runs in time compared with the linear response: amplitudes in regular waves, deviations in an irregular sea."""
 
 import math
 import time
@@ -22,21 +22,21 @@ from ...scene.waves import Waves
 from ...statics.catenary import Array
 from ..study import Row
 
-#: Periods of a run in which the wave grows, in which it settles, and that are evaluated; steps in each.
+#: Numbers of periods for the ramp, for settling, and for evaluation; steps per period.
 GROWING, SETTLING, FITTED, STEPS = 6, 6, 4, 200
-#: Of a run in an irregular sea: peak periods in which it grows and settles, and that are evaluated.
+#: In an irregular sea: peak periods for ramp and settling, and for evaluation.
 BEFORE, SEEN = 20, 180
 
-#: How small of the largest of its kind does not count, in a comparison.
+#: Fraction of the largest of its kind below which a value is not compared.
 LEAST = 0.02
 KINDS = {"surge": "motion", "sway": "motion", "heave": "motion", "roll": "turn", "pitch": "turn"}
 
 
 def measured(scene: Scene, period: float, direction_deg: float, amplitude: float) -> dict[str, complex]:
-    """Name -> complex amplitude per metre, as `linear.seaway` has them, of a run from rest with BDF2; and "seconds".
+    """Name -> complex amplitude per metre, as in `linear.seaway`, of a run from rest with BDF2; and "seconds".
 
-    Ends that the scene moves are held still.  "unsettled": by how much amplitudes still change, as a part of them.
-    Raises SolveError if a step fails.
+    Ends moved by the scene are held still.  "unsettled": relative change that amplitudes still undergo.  Raises
+    SolveError if a step fails.
     """
     began = time.monotonic()
     waves = small_waves(scene, period, direction_deg, amplitude).model_copy(update={"ramp": GROWING * period})
@@ -46,7 +46,7 @@ def measured(scene: Scene, period: float, direction_deg: float, amplitude: float
     crest = amplitude * np.exp(1j * wavenumber(run) * float(heading(direction_deg) @ place))
 
     def fitted(start: float, stop: float) -> dict[str, complex]:
-        """Harmonics per crest over the periods before the end between these."""
+        """Harmonics per crest height between these numbers of periods before the end."""
         rows = (times > end - (start + 1e-6) * period) & (times < end - (stop - 1e-6) * period)
         columns = np.array([column[rows] for column in values.values()]).T
         return dict(zip(values, harmonics(times[rows], columns, 2 * math.pi / period) / crest, strict=True))
@@ -59,7 +59,7 @@ def measured(scene: Scene, period: float, direction_deg: float, amplitude: float
 def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[str, float]]:
     """Standard deviations by name, and "seconds": of the linear response, and of a run with BDF2 over "time" [s].
 
-    Both in the same components, drag linearised for them, over the same time: no chance is in their difference.
+    Both with the same components, drag linearised for them, over the same time: no random error in their difference.
     waves: a section [waves] of an irregular sea.  Raises SolveError if a step fails.
     """
     period = waves.main_period
@@ -85,8 +85,8 @@ def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
 
 
 def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
-    """Times, name -> values as in `linear.seaway`, and the place of C of the first buoy at rest (without a buoy: of the
-    first top)."""
+    """(times, name -> values as in `linear.seaway`, reference position at rest) of a run.
+    The position is that of C of the first buoy or, without buoys, of the first top."""
     record = simulate(scene, comm=MPI.COMM_SELF)
     if record.attrs["failed_steps"]:
         raise SolveError("steps failed: these waves are too rough for regular steps")
@@ -119,9 +119,9 @@ def harmonics(times: Array, values: Array, omega: float) -> Any:
 
 
 def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str, float]:
-    """Difference [%] of the linear amplitudes' sizes from those of a run, of all that moves compared with its like.
+    """Difference of the linear amplitudes from those of a run [%], for all that are not small among their kind.
 
-    Without yaw, which of most buoys nothing holds.
+    Without yaw, in which most buoys are unrestrained.
     """
     found = {}
     for kind in ("motion", "turn", "tension"):
@@ -133,7 +133,7 @@ def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str
 
 
 def held_still(scene: Scene) -> Scene:
-    """The scene with all ends that it moves held where they are at t = 0."""
+    """The scene with all moved ends held at their positions at t = 0."""
 
     def still(section: Any, end: Any, changes: Callable[[Any], Row]) -> Any:
         moved = end is not None and end.kind == "prescribed"
