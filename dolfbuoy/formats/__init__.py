@@ -1,1 +1,1 @@
-"""Moorings in the files of other programs: MoorDyn's input, and the YAML of MoorPy and RAFT."""
+"""Moorings in the files of other programs: MoorDyn, MAP++, MoorPy and RAFT, WISDEM, FAModel; and Capytaine."""

@@ -1,15 +1,15 @@
-"""Coefficients of potential flow for the hull of a buoy, by Capytaine, a boundary element method (optional).
+"""Potential-flow coefficients of a buoy's hull from Capytaine, a boundary element method (optional).
 
-The hull is paneled on three meshes, with panels of one half and one third of the size, and the limit is extrapolated:
-errors go with the square of the size, and with its power 8/3 from edges of a right angle, where the potential goes with
-the power 2/3 of the distance and the size of panels with its root.  Polygons around the axis are as large as their
-circles, so that the volume is right.  A lid on the water plane inside keeps irregular frequencies away.
+The hull is panelled on three meshes, with panels of full, one half and one third size, and the limit is extrapolated:
+errors scale with the square of the size and, from right-angled edges, with its power 8/3, as the potential there varies
+with the power 2/3 of the distance and the panel size with its root.  Polygons around the axis have the area of their
+circles, so that the volume is exact.  A lid on the interior water plane removes irregular frequencies.
 
-Mean drift force from the momentum that waves carry away (Maruo 1960, Newman 1967), from Capytaine's potentials.
+Mean drift force from the momentum flux of the waves in the far field (Maruo 1960, Newman 1967).
 
-Far from a body its waves are H(theta) times a ring wave.  With H = H_wave + sum of H_j times the motions per metre of
-amplitude, the force along the incoming wave is quadratic in y = (1, surge, heave, pitch): y* Q y per metre squared.
-Q knows nothing of mass or moorings, which decide the motions.
+Far from a body, its waves are H(theta) times a ring wave.  With H = H_wave + sum of H_j times the motions per metre of
+amplitude, the force along the incoming wave is quadratic in y = (1, surge, heave, pitch): y* Q y per metre squared.  Q
+does not depend on mass or moorings, which determine the motions.
 """
 
 import itertools
@@ -27,14 +27,14 @@ from ..errors import InputError
 from ..meshes import HullShape
 from ..scene.potential_flow import DIFFRACTED, DOFS, MEAN_DRIFT, UNDISTURBED, WHOLE, fault_of
 
-#: Directions over which the far field is integrated, evenly: exact for harmonics below half as many.
+#: Number of equally spaced directions of the far-field integral: exact for harmonics below half of it.
 DIRECTIONS = 96
 
 
 def quadratic_forms(results: Iterable[Any]) -> dict[float, NDArray[Any]]:
-    """Frequency [rad/s] -> Q (4, 4) [N/m^2, ...], hermitian, of Capytaine's results with their details.
+    """Frequency [rad/s] -> Hermitian Q (4, 4) [N/m^2, ...] from Capytaine's results with details.
 
-    The results hold waves along x and the motions of DOFS; infinite frequencies are left out.
+    The results are for waves along x and the motions of DOFS; infinite frequencies are left out.
     """
     found: dict[float, dict[str, Any]] = {}
     for result in results:
@@ -63,9 +63,9 @@ def weight(result: Any) -> float:
 
 
 def kochin(result: Any, directions: int) -> NDArray[Any]:
-    """H(theta) in even directions from x on, of potential and velocity on the hull.
+    """H(theta) in equally spaced directions from x, from potential and velocity on the hull.
 
-    The integral of phi_n E - phi E_n over it, E = cosh k(z+h)/cosh kh exp(-ik(x cos theta + y sin theta)), over 4 pi.
+    The hull integral of phi_n E - phi E_n, E = cosh k(z+h)/cosh kh exp(-ik(x cos theta + y sin theta)), over 4 pi.
     """
     body, k, h = result.body, result.wavenumber, result.water_depth
     mesh, on_hull = body.mesh_including_lid, body.hull_mask
@@ -81,26 +81,26 @@ def kochin(result: Any, directions: int) -> NDArray[Any]:
     return np.asarray(areas @ (E * (velocity[:, None] * up[:, None] - phi[:, None] * across))) / (4 * math.pi)
 
 
-#: Panels around the axis of the coarse mesh; meshes have panels of its size over these; powers that errors go with.
+#: Panels around the axis of the coarse mesh; divisors of the panel size; powers with which errors scale.
 AROUND, MESHES, POWERS = 32, (1, 2, 3), (2.0, 8 / 3)
-#: How many of them at most, and times as many where a scene would refuse the coefficients.
+#: Largest number of these panels, and factor on it if a scene would reject the coefficients.
 MOST_AROUND, REFINED = 80, 1.4
-#: Times as far as Capytaine does panels are integrated exactly; farther off they are points, whose sum has an error of
-#: first order that no power above takes out.
+#: Factor on Capytaine's distance within which panels are integrated exactly; farther off they are points, whose sum has
+#: a first-order error that the extrapolation does not remove.
 FARTHER = 20.0
-#: Rates of exponentials of depth, for the part of the bed in Green's function, and where these are fitted.
+#: Rates of exponentials for the bed's part of the Green function, and the points at which they are fitted.
 RATES, FITTED = -np.geomspace(0.02, 40.0, 20), np.append(np.linspace(0.0, 10.0, 400), np.geomspace(10.1, 60.0, 200))
 #: Frequencies, in sqrt(g/R) of the largest wet radius R: steps up to the highest.
 STEP, STEPS = 0.05, 50
-#: Angle between pieces of the outline from which on there is an edge [deg].
+#: Angle between pieces of the outline above which there is an edge [deg].
 EDGE = 20.0
-#: The coefficients; what depends on the water alone is not among them.
+#: Names of the coefficients, without those that depend on the water only.
 NAMES = ("added_mass", "radiation_damping", WHOLE, UNDISTURBED, DIFFRACTED, MEAN_DRIFT)
 
 
 @dataclass(frozen=True)
 class Floating:
-    """An upright hull in water: its draft [m], depth of the water (inf: deep), density, gravity, in SI units."""
+    """An upright hull in water: draft [m], water depth (inf: deep), density, gravity, in SI units."""
 
     shape: HullShape
     draft: float
@@ -127,7 +127,7 @@ class Floating:
 
 
 def capytaine() -> Any:
-    """The module.  Raises InputError where it is not installed."""
+    """The module capytaine.  Raises InputError if it is not installed."""
     try:
         import capytaine as found
     except ImportError as error:
@@ -140,10 +140,10 @@ def capytaine() -> Any:
 
 
 def compute(hull: Floating, around: int = AROUND, progress: Callable[[str], object] = print) -> xr.Dataset:
-    """Coefficients about the axis in the water plane, as `scene.potential_flow` reads them.
+    """Coefficients about the point on the axis in the water plane, as read by `scene.potential_flow`.
 
-    around: panels around the axis of the coarse mesh.  progress: takes a sentence on each mesh.  Raises InputError
-    without Capytaine, or for a hull that does not cut the surface.
+    around: panels around the axis of the coarse mesh.  progress: called with a sentence for each mesh.  Raises
+    InputError without Capytaine, or for a hull that does not cut the surface.
     """
     cpt = capytaine()
     if not 0 < hull.draft < hull.shape.height or hull.shape.waterplane_radius(hull.draft) <= 0:
@@ -173,10 +173,10 @@ def compute(hull: Floating, around: int = AROUND, progress: Callable[[str], obje
 
 
 def compute_usable(hull: Floating, around: int = AROUND, progress: Callable[[str], object] = print) -> xr.Dataset:
-    """As `compute`, with more panels until a scene takes the coefficients.
+    """As `compute`, with more and more panels until a scene accepts the coefficients.
 
-    Meshes too coarse for short waves lie so far apart there that what is extrapolated may be a damping below zero.
-    Raises InputError also where MOST_AROUND panels are not enough.
+    Meshes too coarse for short waves differ so much that the extrapolated damping may be negative.
+    Raises InputError also if MOST_AROUND panels are not enough.
     """
     while True:
         data = compute(hull, around, progress)
@@ -189,12 +189,12 @@ def compute_usable(hull: Floating, around: int = AROUND, progress: Callable[[str
 
 
 def write(data: xr.Dataset, path: Path) -> None:
-    """Write the coefficients as netCDF, complex numbers as Capytaine does."""
+    """Write the coefficients as netCDF, with complex numbers as in Capytaine."""
     capytaine().export_dataset(str(path), data, format="netcdf")
 
 
 def _limit(meshes: list[xr.Dataset], count: int) -> xr.Dataset:
-    """Coefficients for panels of no size, from those of as many of the finest meshes."""
+    """Coefficients extrapolated to zero panel size from the `count` finest meshes."""
     sizes = 1 / np.array(MESHES[-count:], dtype=float)
     powers = np.column_stack([sizes**0, *(sizes**p for p in POWERS[: count - 1])])
     weights, data = np.linalg.solve(powers.T, np.eye(count)[0]), meshes[-1].copy()
@@ -204,7 +204,7 @@ def _limit(meshes: list[xr.Dataset], count: int) -> xr.Dataset:
 
 
 def _apart(fine: xr.Dataset, kept: xr.Dataset, name: str) -> float:
-    """Largest difference in heave, and in surge, over the largest number of each."""
+    """Largest difference in heave and in surge, relative to the largest value of each."""
     found = []
     for dof in ("Surge", "Heave"):
         chosen = {"influenced_dof": dof} | ({} if name == WHOLE else {"radiating_dof": dof})
@@ -228,10 +228,10 @@ def _solved(cpt: Any, hull: Floating, body: Any) -> xr.Dataset:
 
 
 def _green_function(cpt: Any) -> Any:
-    """Capytaine's, with panels integrated exactly `FARTHER`, and the part of the bed fitted to 3e-5 from kh = 0.2 on.
+    """Capytaine's Green function, with exact panels out to FARTHER, and the bed's part fitted to 3e-5 above kh = 0.2.
 
-    Capytaine's own fit of exponentials is off by 1e-2 (mean square 1e-4).  At infinite frequency the part of the bed is
-    that of the images in it and in the surface, 2/(1 + exp(2x)) = 2 sum (-1)^(n+1) exp(-2nx).
+    Capytaine's own fit of exponentials is off by 1e-2 (mean square 1e-4).  At infinite frequency the bed's part is that
+    of images in bed and surface, 2/(1 + exp(2x)) = 2 sum (-1)^(n+1) exp(-2nx).
     """
 
     class Near:
@@ -252,15 +252,15 @@ def _green_function(cpt: Any) -> Any:
                 return np.stack([RATES, amplitudes(kh)])
             n = np.arange(1, 31)
             sizes = 2.0 * (-1.0) ** (n + 1)
-            sizes[-1] *= 0.5  # the mean of both partial sums, right at x = 0
+            sizes[-1] *= 0.5  # mean of both partial sums, exact at x = 0
             return np.stack([-2.0 * n, sizes])
 
     return Accurate()
 
 
 def amplitudes(kh: float) -> NDArray[Any]:
-    """Those of exponentials with `RATES` whose sum is the integrand of the bed's part of Green's function over x = kz,
-    less its pole at kh and its limit 2 (Delhommeau 1989); kh: wave number times depth."""
+    """Amplitudes of exponentials with `RATES` for the bed's part of the Green function (Delhommeau 1989).
+    Their sum over x = kz fits its integrand without the pole at kh and the limit 2; kh: wave number times depth."""
     t = math.tanh(kh)
     x = FITTED[np.abs(FITTED - kh) > 1e-3 * max(1.0, kh)]  # at the pole itself 0/0
     pole = (1 + t) ** 2 / (1 - t**2 + t / kh) / (x - kh)
@@ -269,7 +269,7 @@ def amplitudes(kh: float) -> NDArray[Any]:
 
 
 def _body(cpt: Any, hull: Floating, around: int, finer: int) -> Any:
-    """Hull and lid; finer: panels in place of each one of the coarse mesh, in both directions."""
+    """Hull and lid; finer: number of panels that replace each one of the coarse mesh, in both directions."""
     size = 2 * math.pi * hull.radius / around / 1.2
     R = hull.shape.waterplane_radius(hull.draft)
     rings = np.linspace(0.0, R, finer * max(2, round(R / size)) + 1)
@@ -280,7 +280,7 @@ def _body(cpt: Any, hull: Floating, around: int, finer: int) -> Any:
 
 
 def meridian(outline: NDArray[Any], size: float, finer: int = 1) -> NDArray[Any]:
-    """Points (radius, z) along an outline about size/finer apart, closer towards its edges and the water line."""
+    """Points (radius, z) along an outline, about size/finer apart, closer near its edges and the water line."""
     ways = np.diff(outline, axis=0)
     angles = np.degrees(np.abs(np.diff(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))))
     ends = [0, *(np.flatnonzero(angles > EDGE) + 1), len(outline) - 1]
@@ -295,7 +295,7 @@ def meridian(outline: NDArray[Any], size: float, finer: int = 1) -> NDArray[Any]
 
 
 def _turned(cpt: Any, points: NDArray[Any], around: int) -> Any:
-    """Mesh of points (radius, z) from below, turned about the axis; its polygons have the area of their circles."""
+    """Mesh from points (radius, z), lowest first, turned about the axis; polygons have the area of their circles."""
     angle = 2 * math.pi / around
     r, z = points[:, 0] * math.sqrt(angle / math.sin(angle)), points[:, 1]
     first, second = np.column_stack([r, 0 * r, z]), np.column_stack([r * math.cos(angle), r * math.sin(angle), z])

@@ -1,4 +1,4 @@
-"""Reading moorings of other programs, and writing what became of them as a scene file."""
+"""Reading moorings of other programs, and writing the result as a scene file."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from ..scene.reading import MOST_BYTES
 from . import from_famodel, from_map, from_moordyn, from_wisdem, from_yaml
 from .names import Note
 
-#: What a file can be.
+#: Readers of the kinds of files.
 READERS: dict[str, Callable[..., tuple[dict[str, Any], list[Note]]]] = {
     "moordyn": from_moordyn.scene_of,
     "moorpy": from_yaml.scene_of,
@@ -24,12 +24,12 @@ READERS: dict[str, Callable[..., tuple[dict[str, Any], list[Note]]]] = {
 
 
 def read(kind: str, path: Path, columns: str = "name", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
-    """The scene of a mooring in a file, as its sections and keys, and what could not be carried over.
+    """The scene of a mooring in a file, as its sections and keys, and notes on parts that could not be translated.
 
-    kind: one of READERS.  columns: "name", or "place" for those of MoorDyn 2 in their places, whatever they are called.
-    depth: of the water [m] where the file does not give it.
+    kind: one of READERS.  columns: "name", or "place" for MoorDyn 2's columns by position, whatever their names.
+    depth: of the water [m], if the file does not give it.
 
-    Raises InputError for a file that cannot be read, or that makes no scene.
+    Raises InputError for a file that cannot be read, or that is not a valid scene.
     """
     if kind not in READERS:
         raise InputError(f"FORMAT = {kind!r}: must be {' or '.join(READERS)}.")
@@ -56,6 +56,6 @@ def read(kind: str, path: Path, columns: str = "name", depth: float | None = Non
 
 
 def as_toml(scene: dict[str, Any], notes: list[Note], source: str) -> str:
-    """A scene file; what was not carried over stands at its top."""
+    """Text of a scene file, with notes on parts not translated at its top."""
     lines = [f"Carried over from {source}.", *map(str, notes)]
     return "".join(f"# {printable(text)}\n" for text in lines) + "\n" + tomli_w.dumps(scene)

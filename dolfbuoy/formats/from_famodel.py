@@ -1,7 +1,7 @@
-"""Moorings in the YAML of a floating array (FAModel) as a scene, by way of that of MoorPy.
+"""Moorings in the YAML of a floating array (FAModel) as a scene, via the YAML of MoorPy.
 
-Every platform of the array is a vessel with its place and heading; its lines go out from it at their headings, counter-
-clockwise from x, or from it to an anchor or another platform (`array_mooring`).
+Every platform of the array is a vessel with its position and heading; its lines run outwards at their headings,
+anticlockwise from x, or to an anchor or another platform (`array_mooring`).
 """
 
 import math
@@ -12,18 +12,18 @@ from . import from_yaml
 from .from_yaml import number, read_yaml, text_of
 from .names import Note
 
-#: Keys of a line type and what MoorPy calls them.
+#: Keys of a line type and their names in MoorPy.
 LINE_TYPE = {"d_vol": "diameter", "m": "mass_density", "EA": "stiffness", "MBL": "breaking_load"}
 LINE_TYPE |= {"Cd": "transverse_drag", "Ca": "transverse_added_mass"}
 LINE_TYPE |= {"CdAx": "tangential_drag", "CaAx": "tangential_added_mass"}
-#: Keys that say nothing about the water or the line's mechanics.
+#: Keys without effect on the water or the line's mechanics.
 SILENT = ("d_nom", "cost", "material", "name", "type", "notes")
 CARRIED = {"site", "array", "array_mooring", "platform", "platforms", "name", "type", "comments", "anchor_types"}
 CARRIED |= {"mooring_systems", "mooring_line_configs", "mooring_line_types", "mooring_connector_types"}
 
 
 def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
-    """The scene of a floating array, as its sections and keys, and what could not be carried over.
+    """The scene of a floating array, as its sections and keys, and notes on parts that could not be translated.
 
     depth: of the water [m] where the file does not give it.  Raises InputError.
     """
@@ -42,7 +42,7 @@ def _table(data: dict[str, Any], place: str, keys: str = "keys", rows: str = "da
 
 
 def _named(data: Any) -> dict[str, Any]:
-    """Tables by name, of which a table of keys and data may give some."""
+    """Tables by name, some of which may be given as a table of keys and data."""
     found = dict(data) if isinstance(data, dict) else {}
     if "keys" in found:
         found |= {str(row.get("name")): row for row in _table(found, "mooring_line_types")}
@@ -105,7 +105,7 @@ class _Reader:
             self._line(name, config, f"{name}_anchor", f"{name}_fair", line)
 
     def _shared(self) -> None:
-        """Lines of the array: from an anchor or a platform to another platform."""
+        """Lines shared in the array: from an anchor or a platform to another platform."""
         shared = self.data.get("array_mooring") or {}
         anchors = {str(row.get("ID")): row for row in self._rows(shared, "anchor")}
         for name, row in anchors.items():
@@ -145,7 +145,7 @@ class _Reader:
         return found
 
     def _fairlead(self, row: dict[str, Any], config: dict[str, Any]) -> tuple[float, float]:
-        """Radius and height of a fairlead: of the line, else of its platform."""
+        """Radius and height of a fairlead: those of the line, else those of its platform."""
         platforms = self.data.get("platforms") or [self.data.get("platform") or {}]
         which = row.get("platformID", 1)
         platform = platforms[which - 1] if isinstance(which, int) and 1 <= which <= len(platforms) else platforms[0]
@@ -210,7 +210,7 @@ class _Reader:
 
 
 def _mirrored(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """All of a symmetric line: its last section is doubled, or there twice about a connector that ends the half."""
+    """Parts of a symmetric line given by half: the last section is doubled, or mirrored at a final connector."""
     *half, last = parts
     if "type" in last:
         return [*half, last | {"length": 2 * number(last.get("length"), "sections: length")}, *half[::-1]]
@@ -218,6 +218,6 @@ def _mirrored(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _word(name: str) -> str:
-    """The name of a platform as a scene allows it."""
+    """The name of a platform in a form that a scene allows."""
     own = "".join(c if c.isalnum() or c in "_-" else "_" for c in name)
     return own if own[:1].isalpha() else f"platform{own}"

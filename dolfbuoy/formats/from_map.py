@@ -1,12 +1,12 @@
 """A mooring in the input of MAP++ as a scene.
 
-Its tables are those of MoorDyn 1, and are read as such, but for these:
+Its tables are read as those of MoorDyn 1, except for these differences:
 
-- # before a value begins a guess that MAP++ improves, and is no comment; # alone is an unknown;
-- the water belongs to the program that calls MAP++: depth as a height is its bed;
-- CB is the friction of a line on the bed, which is laid slack and pulled: seabed.start = "pulled";
-- -999.9 is no value;
-- `repeat` in the solver's options makes the mooring again, turned about z [deg]; there are lines of options alone.
+- # before a value marks an initial guess of MAP++, not a comment; # alone is an unknown;
+- the water belongs to the program that calls MAP++: `depth` as a height means its bed;
+- CB is the bed friction of a line that is laid slack and then pulled: seabed.start = "pulled";
+- -999.9 means no value;
+- `repeat` in the solver's options copies the mooring, rotated about z [deg]; options may have lines of their own.
 """
 
 import copy
@@ -21,19 +21,19 @@ from . import from_moordyn
 from .moordyn_text import is_number, parse
 from .names import Note
 
-#: What stands where there is no value.
+#: Marker of a missing value.
 NONE = -999.9
 
 
 def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
-    """The scene of an input file of MAP++, as its sections and keys, and what could not be carried over.
+    """The scene of a MAP++ input file, as its sections and keys, and notes on parts that could not be translated.
 
     depth: of the water [m]; absent: that of the deepest fixed node.  Raises InputError.
     """
     lines, options = _split(text)
     notes, angles = _guesses(lines), list[float]()
     for number, words in options:
-        if words[0] == " ":  # which makes a comment of it
+        if words[0] == " ":  # which makes it a comment
             if words[1].lower() == "repeat":
                 notes.append(
                     Note("repeat stands behind a blank, and is no option so: the mooring is made once", number)
@@ -57,7 +57,7 @@ def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[di
 
 
 def _split(text: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Lines with those of the solver's options emptied, and the words of these, with the blank before the first one."""
+    """Lines with the solver's options blanked, and the words of the options, with the blank before the first one."""
     lines, options, inside = re.split("\r\n|\r|\n", text), list[tuple[int, list[str]]](), False
     for k, line in enumerate(lines):
         if "---" in line:
@@ -70,7 +70,7 @@ def _split(text: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 
 def _guesses(lines: list[str]) -> list[Note]:
-    """Sentences about lengths that MAP++ finds."""
+    """Notes on lengths that MAP++ solves for."""
     found, inside = list[Note](), False
     for number, line in enumerate(lines, 1):
         words = line.split()
@@ -83,7 +83,7 @@ def _guesses(lines: list[str]) -> list[Note]:
 
 
 def _plain(line: str, number: int, depth: float | None) -> str:
-    """A line as MoorDyn has it."""
+    """A line in MoorDyn's form."""
     if "---" in line:
         return line
     words = [_word(word, number, depth) for word in line.split("!")[0].split()]
@@ -102,7 +102,7 @@ def _word(word: str, number: int, depth: float | None) -> str:
 
 
 def _friction(text: str) -> tuple[float, list[Note]]:
-    """Friction of the bed: the largest of all types, and what is said of the others."""
+    """Friction of the bed: the largest of all types, with notes on the others."""
     rows = [(row.line, row.other["CB"]) for row in parse(text).of("line types") if "CB" in row.other]
     values = [number_of(value) if is_number(value) else 0.0 for _, value in rows]
     largest = max(values, default=0.0)
@@ -113,7 +113,7 @@ def _friction(text: str) -> tuple[float, list[Note]]:
 
 
 def _repeat(scene: dict[str, Any], angles: list[float]) -> None:
-    """Add the mooring again, turned about z by each angle [deg]."""
+    """Add copies of the mooring, rotated about z by each angle [deg]."""
     cables, joints = scene["cable"], scene.get("joint", [])
     vessels, own = scene.get("vessel", []), {joint["name"] for joint in joints}
     given = [(vessel, dict(vessel["fairleads"])) for vessel in vessels]

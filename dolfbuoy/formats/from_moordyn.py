@@ -1,13 +1,13 @@
 """A mooring in MoorDyn's input as a scene.
 
-What has another meaning there, and how it is carried over:
+Differences in meaning, and how they are translated:
 
 - tangential drag refers to the surface pi d l there and to the diameter d l here: tangential_drag = pi CdAx (pi Cdt);
 - a line carries no compression there: slack = "tension-only", except where it has a bending stiffness EI;
-- BA < 0 is a share of the critical damping of a segment's shortest axial vibration: it belongs to the mesh;
-- internal damping is in N s, but in Pa s where a file calls it cIntDamp: damping = cIntDamp pi d^2/4;
+- BA < 0 is a fraction of the critical damping of a segment's highest axial mode: it depends on the mesh;
+- internal damping is in N s, but in Pa s if a file calls it cIntDamp: damping = cIntDamp pi d^2/4;
 - a negative length is a multiple of the distance between the ends;
-- every input has a sea bed of its stiffness kBot at the depth WtrDpth, and no other start than an equilibrium;
+- every input has a sea bed of stiffness kBot at the depth WtrDpth, and starts from an equilibrium;
 - a coupled point or body is moved by the program that calls MoorDyn: here it is on a vessel, at rest until it has a
   motion.
 """
@@ -27,11 +27,11 @@ from .moordyn_rods import FIXED, FREE, MOVED, Places, key_of
 from .moordyn_text import Row, Tables, canonical, is_nothing, is_number, parse
 from .names import Names, Note
 
-#: What the columns of version 1 are called, in the order of its files.
+#: Names of the columns of version 1, in their order in files.
 FIRST_VERSION = ("Can", "Cat", "Cdn", "Cdt")
-#: Sections whose rows have numbers.
+#: Sections with numbered rows.
 NUMBERED = ("points", "lines", "bodies", "rods")
-#: Columns that may be missing, and what counts in their places.
+#: Columns that may be missing, and their replacements.
 WANTED = {
     "line types": dict.fromkeys(("BA", "Cd", "Ca", "CdAx"), 0),
     "rod types": dict.fromkeys(("mass_density", "Cd", "Ca", "CdEnd", "CaEnd"), 0),
@@ -39,19 +39,18 @@ WANTED = {
     "points": dict.fromkeys(("mass", "volume", "CdA", "Ca"), 0),
     "lines": {"segments": 20},
 }
-#: Columns of bodies in their early files, each in the place of one above.
+#: Columns of bodies in early files, each instead of one above.
 IN_PLACE_OF = {"CG": "zcg", "I": "Iz"}
 
 
 def scene_of(
     text: str, title: str = "", by_place: bool = False, depth: float | None = None, folder: Path | None = None
 ) -> tuple[dict[str, Any], list[Note]]:
-    """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
+    """The scene of an input file, as its sections and keys, and notes on parts not translated, line by line.
 
-    by_place: columns of types are those of MoorDyn 2 in their places, whatever the file calls them.
-    depth: of the water [m] where the file does not give it.  folder: of the file, where others may be that its options
-    name.  Raises InputError for another kind of file, or a row that
-    cannot be read.
+    by_place: take columns of types as those of MoorDyn 2 by position, whatever their names in the file.
+    depth: of the water [m], if the file does not give it.  folder: of the file, where its options may name other files.
+    Raises InputError for another kind of file, or a row that cannot be read.
     """
     tables = parse(text, by_place)
     if depth is not None and tables.option(*DEPTH) is None:
@@ -93,8 +92,8 @@ class _Reader:
         self.notes.append(Note(text, line))
 
     def _check_columns(self) -> None:
-        """Refuse a name that is given twice; note columns of version 1, which version 2 of MoorDyn would read by their
-        places, and wrongly, and columns that are missing, which count as 0."""
+        """Raise InputError for a name given twice; note missing columns, which count as 0.
+        Also note columns of version 1, which version 2 of MoorDyn would misread by position."""
         line, columns = self.tables.columns.get("line types", (0, []))
         if set(columns) & set(FIRST_VERSION):
             self.note(
@@ -118,7 +117,7 @@ class _Reader:
                     self.note(line, f"{section.upper()} has no column {name}: {wanted[name]} is taken")
 
     def _left_out(self) -> None:
-        """Columns and sections that are not known, each once by its name."""
+        """Note unknown columns and sections, each once by name."""
         for section in ("line types", "rod types", "bodies", "rods", "points", "lines"):
             line, columns = self.tables.columns.get(section, (0, []))
             for column in columns:
@@ -159,7 +158,7 @@ class _Reader:
         return found | {"slack": "tension-only"}
 
     def _clamps(self, row: Row, cable: dict[str, Any]) -> dict[str, Any]:
-        """Directions of a line that bends, at rods that hold it."""
+        """Directions of a bending line at rods that hold it."""
         found, ways = {}, self.places.ways
         for column, key, end in (("A", "from_end", cable["from"]), ("B", "to_end", cable["to"])):
             if (rod := key_of(row[column]) or "") not in ways:
@@ -222,8 +221,8 @@ class _Reader:
             raise InputError(f"line {row.line}: the attachment {row['attachment']!r} of a point is not known.")
 
     def _kinds(self, rows: list[Row]) -> Callable[[Row], str]:
-        """Attachment of a point in words, where a file has numbers: 1, 0, -1 are fixed, free and coupled, but 0, 1, 2
-        fixed, coupled and free where there is a 2, or a 0 stands lowest."""
+        """Attachment of a point as a word, also if a file has numbers: 1, 0, -1 are fixed, free and coupled.
+        But 0, 1, 2 are fixed, coupled and free if there is a 2, or if a point with a 0 is lowest."""
         low = min((row.number("z") for row in rows), default=0.0)
         numbers = [row for row in rows if row["attachment"] in ("-1", "0", "1", "2")]
         early = any(
@@ -250,9 +249,9 @@ class _Reader:
 
 
 def material_of(row: Row, tables: Tables, note: Callable[..., Any]) -> dict[str, float]:
-    """The keys of a [material]; note(line, text) of what they leave out.
+    """The keys of a [material]; note(line, text): for omissions.
 
-    Raises InputError for a stiffness that is in another file.
+    Raises InputError for a stiffness given in another file.
     """
     found = {"line_density": row.number("mass_density"), "diameter": row.number("diameter")}
     static, *more = row["EA"].split("|")
@@ -265,7 +264,7 @@ def material_of(row: Row, tables: Tables, note: Callable[..., Any]) -> dict[str,
     if along := row.number("CaAx", 0.0):
         found["tangential_added_mass"] = along
     if more:
-        # two springs in series, each with a damper: of both none acts next to the static stiffness
+        # two springs in series, each with a damper: neither damper acts in parallel with the static stiffness
         note(
             row.line,
             f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static "

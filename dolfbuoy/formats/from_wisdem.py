@@ -1,4 +1,4 @@
-"""A mooring in the YAML of WISDEM and WEIS as a scene, by way of that of MoorPy.
+"""A mooring in the YAML of WISDEM and WEIS as a scene, via the YAML of MoorPy.
 
 components:
     floating_platform: {joints: [{name, location, cylindrical}, ...], members: [{joint1, joint2, axial_joints}, ...]}
@@ -17,14 +17,14 @@ from . import from_yaml
 from .from_yaml import number, read_yaml, text_of
 from .names import Note
 
-#: Keys of a node and what a point calls them.
+#: Keys of a node and their names in a point.
 NODE = {"node_mass": "mass", "node_volume": "volume", "drag_area": "CdA", "added_mass": "Ca", "cda": "CdA"}
-#: What says nothing about the mooring.
+#: Keys without effect on the mooring.
 SILENT = ("name", "node_type", "location", "joint", "anchor_type", "fairlead_type", *NODE)
 
 
 def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
-    """The scene of a mooring of WISDEM, as its sections and keys, and what could not be carried over.
+    """The scene of a WISDEM mooring, as its sections and keys, and notes on parts that could not be translated.
 
     depth: of the water [m] where the file does not give it.  Raises InputError.
     """
@@ -52,7 +52,7 @@ def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[di
 
 
 def _joints(platform: dict[str, Any]) -> dict[str, list[float]]:
-    """Places of the joints of a platform by their names, and of those along its members."""
+    """Positions of the joints of a platform by name, and of the axial joints of its members."""
     found = {}
     for joint in platform.get("joints") or []:
         name = text_of(joint, "name", "joints")

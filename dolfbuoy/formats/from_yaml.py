@@ -8,8 +8,8 @@
 
 A design of RAFT also has a site, with water_depth, rho_water and g.
 
-The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression, except
-with an EI, of which MoorPy itself makes nothing; the bed is there, and has no stiffness of its own.
+The tangential drag refers to the surface pi d l there and to d l here; lines carry no compression, except with an EI,
+which MoorPy itself ignores; there is always a bed, without a stiffness of its own.
 """
 
 import math
@@ -20,7 +20,7 @@ from ..errors import InputError, missing
 from ..scene.quantities import number_of
 from .names import Names, Note
 
-#: Keys of a line type and what they are called here, with the factor between them.
+#: Keys of a line type, their names here, and the conversion factors.
 LINE_TYPE = {
     "mass_density": ("line_density", 1.0),
     "diameter": ("diameter", 1.0),
@@ -32,27 +32,27 @@ LINE_TYPE = {
     "breaking_load": ("breaking_load", 1.0),
     "EI": ("bending_stiffness", 1.0),
 }
-#: What a line type of 0 does not have.
+#: Keys of a line type for which 0 means none.
 NOTHING = "breaking_load", "tangential_added_mass", "EI"
-#: Other keys that are read, and words about a file.
+#: Other keys that are read.
 POINT = ("name", "type", "location", "mass", "volume", "CdA", "Ca", "vessel")
 LINE = ("name", "endA", "endB", "type", "length")
 BODY = {"mass": "mass", "volume": "volume", "CdA": "drag_area", "Ca": "added_mass"}
 SITE, WORDS = ("water_depth", "rho_water", "g"), ("type", "name", "comments")
 ELEMENTS = 20
-#: The vessel on which fairleads are that name none.
+#: The vessel of fairleads that do not name one.
 VESSEL = "vessel"
 
 
 def read_yaml(text: str) -> Any:
-    """The values of a YAML file, which can run nothing and repeat nothing.  Raises InputError for anything else."""
+    """The values of a YAML file, read without code and aliases.  Raises InputError for a bad file."""
     try:
         import yaml
     except ImportError as error:
         raise InputError(missing(error) or "PyYAML is not installed: pip install pyyaml") from None
 
     class Plain(yaml.SafeLoader):  # type: ignore[misc]  # yaml has no types
-        """Without aliases, by which a small file grows without bounds."""
+        """A loader without aliases, by which a small file could grow without bounds."""
 
         def compose_node(self, parent: Any, index: Any) -> Any:
             if self.check_event(yaml.events.AliasEvent):
@@ -71,7 +71,7 @@ def read_yaml(text: str) -> Any:
 
 
 def scene_of(text: str, title: str = "", depth: float | None = None) -> tuple[dict[str, Any], list[Note]]:
-    """The scene of a mooring in YAML, as its sections and keys, and what could not be carried over.
+    """The scene of a mooring in YAML, as its sections and keys, and notes on parts that could not be translated.
 
     depth: of the water [m] where the file does not give it.
 
@@ -101,7 +101,7 @@ def scene_of_mooring(
 ) -> tuple[dict[str, Any], list[Note]]:
     """The scene of points, lines and line types; points on one of several `vessels` name it as their vessel.
 
-    design: which may have a site.  Raises InputError.
+    design: may have a site.  Raises InputError.
     """
     return _Reader(mooring, design, title, depth, vessels).scene()
 
@@ -146,7 +146,7 @@ class _Reader:
 
     @staticmethod
     def _used(vessel: dict[str, Any], named: set[str]) -> dict[str, Any]:
-        """A vessel with those fairleads on which lines end."""
+        """A vessel with only those fairleads at which lines end."""
         used = {own: at for own, at in vessel.get("fairleads", {}).items() if f"{vessel['name']}.{own}" in named}
         return vessel | {"fairleads": used}
 
@@ -154,7 +154,7 @@ class _Reader:
         self.notes.append(Note(text))
 
     def _left_out(self) -> None:
-        """Keys that are not known, each once by its name."""
+        """Note unknown keys, each once by name."""
         if left := [key for key in self.design if key not in ("mooring", "site", *WORDS)]:
             self.note(f"of this design only mooring is carried over, and not {', '.join(map(str, left))}")
         if left := [key for key in self.site if key not in SITE]:
@@ -228,7 +228,7 @@ class _Reader:
         return found
 
     def _points(self) -> tuple[dict[str, tuple[Any, list[float], str]], list[dict[str, Any]]]:
-        """Place and kind ("fixed", "moved" or "free") of each end, by name; and the joints."""
+        """End, position and kind ("fixed", "moved" or "free") of each point by name, and the joints."""
         places: dict[str, tuple[Any, list[float], str]] = {}
         joints: list[dict[str, Any]] = []
         for row in self._rows("points"):
@@ -286,7 +286,7 @@ class _Reader:
 
 
 def text_of(row: dict[str, Any], key: str, place: str) -> str:
-    """A value of a table as text.  Raises InputError where there is none."""
+    """A value of a table as text.  Raises InputError if it is missing."""
     value = row.get(key)
     if value is None:
         raise InputError(f"{place}: {key} is missing.")

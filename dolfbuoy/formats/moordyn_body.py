@@ -1,7 +1,7 @@
-"""Free bodies and rods of MoorDyn that are bodies of revolution: buoys, and points on them fairleads.
+"""Free bodies and rods of MoorDyn that are bodies of revolution, as buoys, with points on them as fairleads.
 
-A rod is a cylinder that floats, a body gives it mass and inertia [about the centre of mass, as here]; a body without
-rods has its volume about its origin.  Rods that are no such row are bars between points of the body.
+A rod is a floating cylinder, to which a body adds mass and inertia [about the centre of mass, as here]; a body without
+rods has its volume about its origin.  Rods not in a row along one axis are bars between points of the body.
 """
 
 import math
@@ -18,9 +18,9 @@ from ..scene.quantities import number_of
 from .moordyn_text import Row
 
 _CLOSE = 1e-6  # m
-#: Displaced mass of a body without volume, of its own: a hull that hardly floats.
+#: Displaced mass of a body without volume, relative to its mass: a hull with negligible buoyancy.
 HARDLY = 1e-4
-#: Part of the mass of its rods that stands for a body's own where it has none.
+#: Fraction of the mass of its rods assigned to a body without mass.
 SHARE = 0.01
 
 
@@ -30,9 +30,9 @@ _Part = tuple[float, "NDArray[Any]", "NDArray[Any]"]
 
 @dataclass
 class BodyOf:
-    """A buoy made of a body: its section, where the keel is in the body's frame, and its axes there (columns).
+    """A buoy made from a body: its section, and position of the keel and axes (columns) in the body's frame.
 
-    bars: its rods that are bars between points of it, and the part of their mass that they have as such.
+    bars: rods that become bars between points of it, and the fraction of their mass that these keep.
     """
 
     section: dict[str, Any]
@@ -42,17 +42,17 @@ class BodyOf:
     own_mass: float = 1.0
 
     def own(self, place: NDArray[Any]) -> NDArray[Any]:
-        """A place of the body's frame in that of the buoy."""
+        """A position in the body's frame, transformed to that of the buoy."""
         return np.asarray((place - self.keel) @ self.axes)
 
     def fairlead(self, name: str, place: NDArray[Any]) -> str:
-        """The end of a cable on this body.  place: in the body's frame [m]."""
+        """Name of the end of a cable on this body; place: in the body's frame [m]."""
         self.section.setdefault("fairleads", {})[name] = (self.own(place) + 0.0).tolist()
         return f"{self.section['name']}.{name}"
 
 
 def turn_of(body: Row) -> NDArray[Any]:
-    """R of a body as it starts: turned by roll, pitch and yaw (about z, y, x in turn)."""
+    """Initial rotation matrix R of a body, from roll, pitch and yaw (about z, y, x in turn)."""
     angles = np.radians([body.number(name, 0.0) for name in ("roll", "pitch", "yaw")])
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
     about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
@@ -62,7 +62,7 @@ def turn_of(body: Row) -> NDArray[Any]:
 
 
 def placed(body: Row, place: NDArray[Any]) -> NDArray[Any]:
-    """A point of a body in space [m], as it starts."""
+    """Initial position of a point of a body in space [m]."""
     return np.asarray([body.number(axis, 0.0) for axis in "xyz"] + turn_of(body) @ place)
 
 
@@ -79,16 +79,16 @@ def type_of(rod: Row, types: dict[str, Row]) -> Row:
 
 
 class NoBuoy(Exception):
-    """Why a body is no body of revolution."""
+    """Reason why a body is not a body of revolution."""
 
 
 def buoy_of(
     name: str, body: Row | None, rods: list[Row], types: dict[str, Row], rho: float, note: Callable[..., Any]
 ) -> BodyOf:
-    """The buoy that a free body, or a free rod alone, is; note(line, text) of what it has no place for.
+    """The buoy for a free body, or for a single free rod; note(line, text): for data that are lost.
 
-    rho: density of the water [kg/m^3].  Raises InputError for a rod of no type or a body of no mass, NoBuoy with a
-    reason if it can be none.
+    rho: density of the water [kg/m^3].  Raises InputError for a rod without type or a body without mass, NoBuoy with a
+    reason if there is no such buoy.
     """
     kinds = [type_of(rod, types) for rod in rods]
     center = _center(body)
@@ -112,10 +112,10 @@ def buoy_of(
 def barred(
     name: str, body: Row, rods: list[Row], types: dict[str, Row], rho: float, note: Callable[..., Any]
 ) -> BodyOf:
-    """The buoy that a free body is without its rods, which are bars between points of it.
+    """The buoy for a free body without its rods, which become bars between points of it.
 
-    Such a bar has the mass, volume and drag of its rod along it, and all its inertia but that about its own axis, which
-    the body gets.  A body without mass gets a part of that of its rods at their centre.
+    A bar has the mass, volume and drag of its rod along it, and its inertia except that about its own axis, which is
+    added to the body.  A body without mass gets a fraction of the mass of its rods, at their centre.
     """
     rods = [rod for rod in rods if np.linalg.norm(np.subtract(*ends_of(rod))) > _CLOSE]
     center, mass, share = _center(body), body.number("mass", 0.0), 0.0
@@ -137,7 +137,7 @@ def barred(
 
 
 def _about_point(part: _Part, share: float, point: NDArray[Any]) -> NDArray[Any]:
-    """Inertia of a share of a part about a point (Steiner)."""
+    """Inertia of a fraction of a part about a point (parallel-axis theorem)."""
     mass, center, inertia = part
     arm = center - point
     return np.asarray(share * (inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))))
@@ -168,8 +168,8 @@ def _moments(body: Row) -> NDArray[Any]:
 
 
 def _frame(rods: list[Row], center: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """The lowest point on the axis of rods in a row, and the frame about it (columns); of a body without rods its
-    origin.  Raises NoBuoy."""
+    """The lowest point on the axis of rods in a row (without rods, the origin), and the frame about it.
+    Columns are the axes.  Raises NoBuoy."""
     if not rods:
         far = np.linalg.norm(center)
         return np.zeros(3), _about(center / far if far > _CLOSE else np.array([0.0, 0.0, 1.0]))
@@ -189,7 +189,7 @@ def _frame(rods: list[Row], center: NDArray[Any]) -> tuple[NDArray[Any], NDArray
 
 
 def _about(axis: NDArray[Any]) -> NDArray[Any]:
-    """A frame whose third column is an axis, upwards, turned from the other one the short way."""
+    """A frame whose third column is the axis, pointing up, by the shortest rotation."""
     axis = -axis if axis[2] < 0 else axis
     across, c = np.array([-axis[1], axis[0], 0.0]), axis[2]
     skew = np.array([[0, 0, across[1]], [0, 0, -across[0]], [-across[1], across[0], 0]])
@@ -212,8 +212,8 @@ def _parts(body: Row | None, center: NDArray[Any], rods: list[Row], kinds: list[
 def _masses(
     name: str, parts: list[_Part], keel: NDArray[Any], axes: NDArray[Any], line: int, note: Callable[..., Any]
 ) -> tuple[dict[str, Any], NDArray[Any]]:
-    """Mass, height of its centre and moments about it, and the axes turned about the third so that these are the main
-    ones across it.  Raises NoBuoy."""
+    """Mass, height of its centre and moments about it, and the axes rotated about the third to principal ones.
+    Raises NoBuoy."""
     placed_parts = [(mass, (center - keel) @ axes, axes.T @ inertia @ axes) for mass, center, inertia in parts]
     if any(np.abs(center[:2]).max() > _CLOSE for mass, center, _ in placed_parts if mass):
         raise NoBuoy("has its centre of mass off the axis of its rods")
@@ -225,7 +225,7 @@ def _masses(
     largest = np.abs(np.diag(tensor)).max()
     if abs(tensor[0, 1]) > _CLOSE * largest:
         angle = 0.5 * math.atan2(2 * tensor[0, 1], tensor[0, 0] - tensor[1, 1])
-        angle -= math.pi / 2 * round(angle / (math.pi / 2))  # the near way
+        angle -= math.pi / 2 * round(angle / (math.pi / 2))  # the nearest
         c, s = math.cos(angle), math.sin(angle)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         axes, tensor = axes @ turn, turn.T @ tensor @ turn
@@ -257,8 +257,8 @@ def _water_of_rods(
 def _own_water(
     body: Row, origin: NDArray[Any], axes: NDArray[Any], mass: float, rho: float, note: Callable[..., Any]
 ) -> tuple[NDArray[Any], dict[str, Any]]:
-    """Keel and hull of a body without rods: a cylinder as high as wide, of its volume about its origin, with
-    coefficients that make the body's drag areas and added masses of it."""
+    """Keel and hull of a body without rods: a cylinder as high as wide with its volume about its origin.
+    Its coefficients reproduce the drag areas and added masses of the body."""
     volume = body.number("volume", 0.0)
     if volume <= 0:
         volume = HARDLY * mass / (rho or 1.0)
@@ -277,7 +277,7 @@ def _added(body: Row) -> str:
 
 
 def _of_axes(body: Row, column: str, note: Callable[..., Any]) -> NDArray[Any]:
-    """Values along the three axes of a body of a column with one for all, one for these, or one each."""
+    """Values along the three axes of a body, from a column with one value for all, or one for each."""
     values = numbers(body, column)
     if (len(values) == 2 and values[1]) or (len(values) == 6 and values[3:].any()):
         note(body.line, f"of {column.removeprefix('point_')} = {body[column]} what is of turning is not carried over")
@@ -285,7 +285,7 @@ def _of_axes(body: Row, column: str, note: Callable[..., Any]) -> NDArray[Any]:
 
 
 def numbers(body: Row, column: str, counts: Sequence[int] = (1, 2, 3, 6)) -> NDArray[Any]:
-    """Numbers a|b|c, so many of them.  Raises InputError."""
+    """Numbers a|b|c, of one of these counts.  Raises InputError."""
     text = body.values.get(column, "0")
     try:
         values = np.array([number_of(part) for part in text.split("|")])
@@ -298,7 +298,7 @@ def numbers(body: Row, column: str, counts: Sequence[int] = (1, 2, 3, 6)) -> NDA
 
 
 def _say_rest(body: Row, rods: list[Row], note: Callable[..., Any]) -> None:
-    """Quantities of a body that a buoy has no place for."""
+    """Note quantities of a body that a buoy lacks."""
     if rods and numbers(body, "CdA").any():
         note(body.line, f"the body has drag besides its rods', {body['CdA']}, which is not carried over")
     if rods and numbers(body, _added(body)).any():

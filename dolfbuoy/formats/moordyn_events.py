@@ -13,7 +13,7 @@ Note = Callable[..., Any]
 
 
 def failures(tables: Tables, cables: dict[str, dict[str, Any]], note: Note) -> None:
-    """Give cables, by the numbers of their lines, the time or the tension at which they part; note(line, text)."""
+    """Set the time or tension at which cables, by the numbers of their lines, part; note(line, text)."""
     ends = {row["id"]: [key_of(row[end]) for end in "AB"] for row in tables.of("lines") if "id" in row.values}
     for row in tables.of("failure"):
         point, names = key_of(row["point"]), row["lines"].split(",")
@@ -42,7 +42,7 @@ def _rule(row: Row, line: str, end: int, length: float, note: Note) -> dict[str,
 
 
 def external_loads(tables: Tables, places: Places, note: Note) -> None:
-    """Give buoys the constant forces on their bodies and rods; note(line, text) of all else."""
+    """Set constant forces on buoys from those on their bodies and rods; note(line, text): for all others."""
     for row in tables.of("external loads"):
         name, force = row["object"].lower(), numbers(row, "force", (3,))
         buoy = places.buoys.get(name.removeprefix("body"), places.buoys.get(name))

@@ -1,12 +1,12 @@
-"""Files beside MoorDyn's input that its options name: waves, currents, the sea floor.
+"""Files next to MoorDyn's input that are named by its options: waves, currents, the sea floor.
 
-MoorDyn 2 knows them by fixed names in the folder of the input, the one of OpenFAST by a file `WaterKin`.  A component
-of `WaveKin` 2 is the real part of A exp(i (omega t - k.x)), of 7 its imaginary part; a record is the elevation at
-x = y = 0 of waves that run along x.  No current changes the frequencies of the waves.
+In MoorDyn 2 they have fixed names in the folder of the input; in OpenFAST's there is a file `WaterKin`.  A component is
+the real part of A exp(i (omega t - k.x)) for `WaveKin` 2, its imaginary part for 7; a record is the elevation at x = y
+= 0 of waves that run along x.  Currents do not change the wave frequencies.
 
-Gravity, water and bed of MoorDyn's options.
+Also gravity, water and bed from MoorDyn's options.
 
-Its bed is everywhere, of the stiffness kBot at the depth WtrDpth; without water or gravity nothing lies on one here.
+MoorDyn always has a bed, of stiffness kBot at the depth WtrDpth; here there is none without water or gravity.
 """
 
 import math
@@ -31,9 +31,9 @@ SEAFLOOR = ("SeafloorFile", "SeafloorPath", "bathymetryFile")
 #: Names of MoorDyn's files.
 ELEVATION, FREQUENCIES = "wave_elevation.txt", "wave_frequencies.txt"
 STEADY, DYNAMIC, GRID = "current_profile.txt", "current_profile_dynamic.txt", "current_profile_4d.txt"
-#: Step to which records are brought [s], unless dtWave says another.
+#: Step to which records are resampled [s], unless dtWave is given.
 DT_WAVE = 0.25
-#: What MoorDyn's modes say that have no file.
+#: Words for MoorDyn's modes that have no file.
 _NO_FILE = {
     "1": "waves come from the program that calls MoorDyn; add [waves]",
     "4": "MoorDyn itself has no waves of this kind",
@@ -58,7 +58,7 @@ def found_beside(folder: Path | None, name: str) -> Path | None:
 
 
 def depths_of(tables: Tables, folder: Path | None, names: tuple[str, ...], note: Note) -> Depths | None:
-    """The grid of depths that one of these options names; None without it."""
+    """The grid of depths named by one of these options; None without it."""
     line, name = tables.option(*names) or (None, None)
     if name is None or is_number(name):
         return None
@@ -77,7 +77,7 @@ def depths_of(tables: Tables, folder: Path | None, names: tuple[str, ...], note:
 
 
 def water(tables: Tables, folder: Path | None, note: Note) -> dict[str, Any]:
-    """The sections waves and current of the files that options name.  note: of what is not carried over."""
+    """The sections waves and current from files named by options; note: for parts that are not translated."""
     line, kind = tables.option("WaterKin") or (None, "0")
     if kind == "0" or kind.upper() == "SEASTATE":
         if kind != "0":
@@ -112,7 +112,7 @@ def _waves(folder: Path | None, kind: str, at: tuple[int | None, Note], dt: floa
 
 
 def _record(rows: list[list[float]], dt: float, at: tuple[int | None, Note]) -> list[list[float]]:
-    """Times from 0 on and elevations, as given if their steps are equal, else between them as MoorDyn has it."""
+    """Times from 0 and elevations, as given if steps are equal, else interpolated as in MoorDyn."""
     t, eta = np.array(rows).T
     steps = np.diff(t)
     if not len(steps) or steps.min() <= 0:
@@ -129,7 +129,7 @@ def _record(rows: list[list[float]], dt: float, at: tuple[int | None, Note]) -> 
 def _components(rows: list[list[float]], mode: str) -> dict[str, Any]:
     """Components [amplitude, period, direction_deg, phase_deg] of a complex spectrum.
 
-    Those of mode 2 stand at multiples of the smallest step of frequency, and are linear between the rows.
+    In mode 2 they are at multiples of the smallest frequency step, interpolated linearly between the rows.
     """
     table = np.array([[*row, 0.0][:4] for row in rows])
     if (np.diff(table[:, 0]) < (0 if mode == "2" else -math.inf)).any() or (table[:, 0] < 0).any():
@@ -166,7 +166,7 @@ def _current(folder: Path | None, kind: str, at: tuple[int | None, Note]) -> dic
 
 
 def _steady(rows: Array, at: tuple[int | None, Note]) -> dict[str, Any]:
-    """A profile, where all of the current runs in one direction, or a grid of one instant.  rows: z, u, v, w."""
+    """A profile if the whole current has one direction, else a grid with one instant.  rows: z, u, v, w."""
     rows = rows[np.argsort(rows[:, 0])]
     _note_vertical(rows[:, 3:], STEADY, at)
     z, u, v = rows[:, :3].T
@@ -181,7 +181,7 @@ def _steady(rows: Array, at: tuple[int | None, Note]) -> dict[str, Any]:
 
 
 def _dynamic(text: str, at: tuple[int | None, Note]) -> dict[str, Any]:
-    """A grid over depth and time: depths in line 5, from line 7 on times and velocities, all of x first."""
+    """A grid over depth and time: depths in line 5, from line 7 times and velocities, all x components first."""
     lines = text.splitlines()
     (z,) = _rows("\n".join(lines[4:5]), DYNAMIC) or [[]]
     rows = _rows("\n".join(lines[6:]), DYNAMIC, tuple(1 + n * len(z) for n in (1, 2, 3)))
@@ -192,7 +192,7 @@ def _dynamic(text: str, at: tuple[int | None, Note]) -> dict[str, Any]:
 
 
 def _everywhere(text: str, at: tuple[int | None, Note]) -> dict[str, Any] | None:
-    """A grid over depth and time of a file over x and y too, if nothing changes over these."""
+    """A grid over depth and time from a file that is also over x and y, if uniform over these."""
     rows = np.array(_rows("\n".join(text.splitlines()[5:]), GRID, (7,)))
     found: dict[tuple[float, float], Array] = {}
     for _, _, z, t, *velocity in rows:
@@ -204,8 +204,7 @@ def _everywhere(text: str, at: tuple[int | None, Note]) -> dict[str, Any] | None
 
 
 def _of_openfast(text: str | None, folder: Path | None, at: tuple[int | None, Note]) -> dict[str, Any]:
-    """Waves and current of the file WaterKin of OpenFAST's MoorDyn: values by the names behind them, a table at the
-    end."""
+    """Waves and current from the file WaterKin of OpenFAST's MoorDyn: values followed by names, and a final table."""
     line, note = at
     found: dict[str, Any] = {}
     lines = text.splitlines() if text else []
@@ -242,7 +241,7 @@ def _text(folder: Path | None, name: str, line: int | None, who: str, note: Note
 
 
 def _rows(text: str, name: str, counts: tuple[int, ...] = ()) -> list[list[float]]:
-    """Lines of numbers, of so many; those before the first and after the last of them may be words."""
+    """Rows of numbers, of these counts; lines before the first and after the last may be text."""
     found: list[list[float]] = []
     for words in (line.replace(",", " ").split() for line in text.splitlines()):
         if words and all(map(is_number, words)):
@@ -253,13 +252,13 @@ def _rows(text: str, name: str, counts: tuple[int, ...] = ()) -> list[list[float
 
 
 def _listed(*columns: ArrayLike) -> list[list[float]]:
-    """Rows of columns, of which some may be one number."""
+    """Rows from columns, some of which may be single numbers."""
     rows: list[list[float]] = np.column_stack(np.broadcast_arrays(*columns)).tolist()
     return rows
 
 
 def _note_vertical(w: Array, name: str, at: tuple[int | None, Note]) -> None:
-    """Note a current that runs up or down, once."""
+    """Note a current with a vertical component, once."""
     if np.any(w):
         at[1](at[0], f"{name}: what runs up or down is not carried over")
 
@@ -267,17 +266,17 @@ def _note_vertical(w: Array, name: str, at: tuple[int | None, Note]) -> None:
 GRAVITY, DENSITY = ("g", "gravity"), ("rho", "rhoW", "WtrDnsty")
 DEPTH = ("WtrDpth", "WtrDepth", "depth")
 STIFFNESS, FRICTION = ("kBot", "kb"), ("FrictionCoefficient",)
-#: Of MoorDyn in Fortran: across a line and along it.
+#: Friction coefficients of MoorDyn in Fortran: across a line and along it.
 ACROSS, ALONG = ("mu_kT",), ("mu_kA",)
 CARRIED = {name.lower() for name in (*GRAVITY, *DENSITY, *DEPTH, *STIFFNESS, *FRICTION, *ACROSS, *ALONG)}
-#: Options for how MoorDyn computes and what it writes, without effect on the mooring.
+#: Options for computation and output, without effect on the mooring.
 NUMERICAL = {
     "dt", "dtm", "tscheme", "cfl", "tmax", "version", "echo",
     "writelog", "writeunits", "dtout", "outswitch", "disableoutput", "disableouttime",
     "dtic", "tmaxic", "cdscaleic", "threshic", "icgendynamic", "icdfac", "icdt", "ictmax", "icthresh",
     "inertialf", "inertialf_rampt", "unifycurrentgrid",
 }  # fmt: skip
-#: Options that name other files than the input, or go with them.
+#: Options that name other files, or belong to them.
 ELSEWHERE = {"wavekin", "currents", "waterkin", "dtwave", *(name.lower() for name in SEAFLOOR)}
 #: Defaults of MoorDyn [Pa/m, kg/m^3].
 KBOT, WATER = 3e6, 1025.0
@@ -289,10 +288,10 @@ def density_of(tables: Tables) -> float:
 
 
 def world(tables: Tables, places: list[Any], note: Callable[..., Any], folder: Path | None = None) -> dict[str, Any]:
-    """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note; folder: of
-    the input, where other files may be that options name.
+    """Sections from options; places: (line, z [m], "fixed", "moved" or "free") of points.
+    folder: of the input, where options may name other files.
 
-    Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
+    Raises InputError for bad numbers, and if neither an option nor an anchor gives the depth.
     """
     for name, (line, value) in tables.options.items():
         if name in ("cbot", "cb"):
@@ -317,7 +316,7 @@ def world(tables: Tables, places: list[Any], note: Callable[..., Any], folder: P
 
 
 def _number(tables: Tables, *names: str, default: Any = None) -> tuple[int | None, Any]:
-    """Line and value of an option; None and the default without it."""
+    """Line and value of an option; None and the default if it is missing."""
     line, text = tables.option(*names) or (None, None)
     if text is None:
         return None, default

@@ -1,7 +1,7 @@
-"""Places where lines of MoorDyn end: on the ground, on vessels, on bodies, and on rods.
+"""Points where lines of MoorDyn end: on the ground, on vessels, on bodies, and on rods.
 
-A rod that stands still, or on a body, is two such places.  One that floats upright is a buoy.  All others are bars: an
-element that is straight and does not stretch, of the rod's mass, volume and coefficients, between two joints.
+A fixed rod, or one on a body, gives two such points.  One that floats upright is a buoy.  All others are bars: a
+straight inextensible element with the rod's mass, volume and coefficients, between two joints.
 """
 
 import math
@@ -16,18 +16,18 @@ from ..errors import InputError
 from .moordyn_body import HARDLY, BodyOf, NoBuoy, barred, buoy_of, ends_of, placed, turn_of, type_of
 from .moordyn_text import Row, Tables
 
-#: Words with which attachments begin.
+#: Words with which names of attachments begin.
 FIXED, MOVED = ("fix", "anch"), ("coupled", "vessel", "ves", "cpld", "fair")
 FREE, PINNED = ("free", "con", "point"), "pin"
-#: EA of bars whose ends a body keeps apart [N].
+#: EA of bars between points of one body [N].
 STIFF = 1e8
 
 
 class Places:
-    """Ends of lines by what names them, and the sections that they stand on.
+    """Ends of lines by key, and the sections that hold them.
 
-    ends: key of a point or an end of a rod -> what a cable names; at: (line, place [m], "fixed", "moved" or "free") of
-    each; ways: direction of the rod there, from A to B, of ends that it clamps.
+    ends: key of a point or an end of a rod -> name used by a cable; at: (line, position [m], "fixed", "moved" or
+    "free") of each; ways: direction of the rod, from A to B, at ends that it clamps.
     """
 
     def __init__(self, tables: Tables, rho: float, note: Callable[..., Any]):
@@ -45,7 +45,7 @@ class Places:
         self.used: set[str] = set()
 
     def read(self) -> None:
-        """Bodies, then rods."""
+        """Read bodies, then rods."""
         rods, own = self.tables.of("rods"), dict[str, list[Row]]()
         for rod in rods:
             word = _attachment(rod)
@@ -60,18 +60,18 @@ class Places:
                 self._brace(number, rod)
 
     def put(self, key: str, line: int, place: NDArray[Any], kind: str, end: Any) -> None:
-        """Remember where an end is and what a cable that ends there names."""
+        """Record the position of an end, and the name that a cable uses for it."""
         self.at[key] = line, place.tolist(), kind
         self.ends[key] = end
 
     def on_vessel(self, key: str, line: int, name: str, place: NDArray[Any], point: str) -> None:
-        """A fairlead of a vessel that stands at the origin."""
+        """Add a fairlead of a vessel at the origin."""
         vessel = self.vessels.setdefault(name, {"name": name, "position": [0.0, 0.0, 0.0], "fairleads": {}})
         vessel["fairleads"][point] = place.tolist()
         self.put(key, line, place, "moved", f"{name}.{point}")
 
     def on_body(self, key: str, line: int, number: str, place: NDArray[Any], point: str) -> None:
-        """A point of a body, at a place in its frame [m]."""
+        """Add a point of a body, at a position in its frame [m]."""
         if number not in self.bodies:
             raise InputError(f"line {line}: there is no body {number}.")
         position = placed(self.bodies[number], place)
@@ -84,13 +84,13 @@ class Places:
             self.put(key, line, position, "fixed", position.tolist())
 
     def _own_turn(self, number: str) -> NDArray[Any]:
-        """R from the frame of a body to that of what it is here: a buoy, a vessel with its heading, or the ground."""
+        """R from the frame of a body to that of its counterpart: a buoy, a vessel with its heading, or the ground."""
         turns = number in self.bodies and number not in self.buoys
         heads = self.vessels.get(f"body{number}", {}).get("heading_deg")
         return turn_of(self.bodies[number]) if turns and not heads else np.eye(3)
 
     def hangs_on(self, key: str) -> Any:
-        """The end of a cable at a point or an end of a rod, which then is used."""
+        """The end of a cable at a point or an end of a rod, which is marked as used."""
         end = self.ends[key]
         self._use(end)
         return end
@@ -100,7 +100,7 @@ class Places:
             self.used |= {end, end.partition(".")[0]}
 
     def sections(self) -> dict[str, Any]:
-        """[[vessel]], [[joint]], [[buoy]] that lines end on, with the fairleads that they name."""
+        """Sections [[vessel]], [[joint]], [[buoy]] on which lines end, with the fairleads used."""
         for bar in self.cables():
             self._use(bar["from"])
             self._use(bar["to"])
@@ -115,7 +115,7 @@ class Places:
         return {name: tables for name, tables in found.items() if tables}
 
     def cables(self) -> list[dict[str, Any]]:
-        """Bars of which an end is used, and those of bodies that are."""
+        """Bars with an end in use, and those of bodies in use."""
         bars = [bar for bar in self.bars.values() if {f"{bar['name']}a", f"{bar['name']}b"} & self.used]
         return bars + [bar for bar in self.braces if bar["from"].partition(".")[0] in self.used]
 
@@ -160,7 +160,7 @@ class Places:
             self._hold(key, rod, word, place)
 
     def _hold(self, key: str, rod: Row, word: str, place: NDArray[Any]) -> None:
-        """An end of a rod that stands on something."""
+        """Add an end of a rod that is attached to something."""
         if word.startswith("body"):
             self.on_body(key, rod.line, _digits(word), place, key)
         elif word.startswith((*MOVED, "turbine")):
@@ -171,7 +171,7 @@ class Places:
             raise InputError(f"line {rod.line}: the attachment {rod['attachment']!r} of a rod is not known.")
 
     def _moving_rod(self, rod: Row, word: str, name: str, ends: list[NDArray[Any]]) -> None:
-        """A free rod, or one hinged at its end A."""
+        """Add a free rod, or one hinged at its end A."""
         kind, length = type_of(rod, self.types), float(np.linalg.norm(ends[1] - ends[0]))
         mass, d = kind.number("mass_density", 0.0), kind.number("diameter")
         if length == 0:
@@ -191,7 +191,7 @@ class Places:
             raise InputError(f"line {rod.line}: {name} moves and has no mass: Mass/m of its type must be above 0.")
         if PINNED in word:
             self._hold(low, rod, word, ends[0])
-            if word.startswith("body"):  # where it stands: B is given from the body
+            if word.startswith("body"):  # in space: B is given relative to the body
                 ends = [placed(self.bodies[_digits(word)], end) for end in ends]
         else:
             self._joint(low, rod, ends[0])
@@ -201,8 +201,8 @@ class Places:
         self.note(rod.line, f"{name} is a bar here: a cable of one element that does not stretch")
 
     def _brace(self, number: str, rod: Row) -> None:
-        """A rod of a body as a bar between two points of it, which keep it straight; where it reaches the surface as
-        the body starts, as one for each of its segments, for its buoyancy there."""
+        """Add a rod of a body as a bar between two of its points, which keep it straight.
+        If it pierces the surface at the start, a bar per segment, for its buoyancy there."""
         name, body, (a, b) = f"rod{rod.values.get('id', rod.line)}", self.buoys[number], ends_of(rod)
         wet = max(placed(self.bodies[number], end)[2] for end in (a, b)) < 0
         count = 1 if wet else max(1, round(rod.number("segments", 1.0)))
@@ -215,13 +215,13 @@ class Places:
             self.braces.append({"name": own, "from": low, "to": high, "length": length / count} | water)
 
     def _water(self, rod: Row, length: float, share: float = 1.0) -> dict[str, Any]:
-        """Mass, of a share of it, volume and coefficients of a bar that stands for a rod of this length."""
+        """Mass (a fraction), volume and coefficients of a bar that represents a rod of this length."""
         kind = type_of(rod, self.types)
         d, mass = kind.number("diameter"), share * kind.number("mass_density", 0.0)
         mass = mass or HARDLY * (self.rho or 1.0) * math.pi / 4 * d**2  # a line has some
         found: dict[str, Any] = {"elements": 1, "line_density": mass, "diameter": d}
         found |= {"normal_drag": kind.number("Cd", 0.0), "added_mass": kind.number("Ca", 0.0)}
-        # what both end faces have, spread over the length
+        # of both end faces, spread over the length
         along = {"tangential_drag": kind.number("CdEnd", 0.0) * math.pi * d / (2 * length)}
         along |= {"tangential_added_mass": kind.number("CaEnd", 0.0) * 2 / 3 * d / length}
         return found | {key: value for key, value in along.items() if value}
@@ -232,13 +232,13 @@ class Places:
 
 
 def _stands(ends: list[NDArray[Any]]) -> bool:
-    """True if a rod is more upright than not: a buoy is looked for upright, and lines to both its ends would keep it so
-    where it should lie."""
+    """True if a rod is more upright than horizontal.
+    The search for a buoy's equilibrium starts upright, and lines to both ends would keep a horizontal one so."""
     return bool(abs(ends[1][2] - ends[0][2]) > math.hypot(*(ends[1] - ends[0])[:2]))
 
 
 def key_of(text: str) -> str | None:
-    """The key of an end of a line as a file names it: a point, or R1A, the end A of rod 1; None for neither."""
+    """The key of an end of a line from its name in a file: a point, or R1A, the end A of rod 1; None for others."""
     text = text.lower()
     if text.isdigit():
         return text
@@ -248,7 +248,7 @@ def key_of(text: str) -> str | None:
 
 
 def _attachment(row: Row) -> str:
-    """Attachment of a body or rod in words; a number may stand before it, as in 1Coupled."""
+    """Attachment of a body or rod as a word; a number may precede it, as in 1Coupled."""
     return row.values.get("attachment", "free").lower().lstrip("0123456789") or "free"
 
 

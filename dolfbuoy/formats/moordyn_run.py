@@ -1,4 +1,4 @@
-"""Running MoorDyn on a scene that was exported: tensions and motions over time."""
+"""Running MoorDyn on an exported scene: tensions and motions over time."""
 
 import math
 import os
@@ -17,16 +17,16 @@ from ..errors import InputError
 from ..model.lines import top_position
 from .to_moordyn import Export
 
-#: Steps of MoorDyn in a call: within it driven ends keep their speed, and the jumps between make stiff lines ring.
+#: MoorDyn's steps per call: driven ends keep their speed within it, and jumps in between make stiff lines ring.
 PER_CALL = 10
-#: Factor by which calls are shorter than so many steps: MoorDyn takes one more where they are longer, if by rounding.
+#: Factor that shortens calls: MoorDyn takes one more step if they are longer, even by rounding.
 SHORTER = 1 - 1e-12
 
 
 @dataclass
 class Series:
-    """Times t [s]; tension (t, line, end: 0 lower, 1 upper) [N]; body (t, body, 3): places of bodies' keels [m]; force
-    (t, 3 driven ends): what holds these [N]; seconds on the processor of MoorDyn's steps and of reading them."""
+    """Times t [s]; tension (t, line, end: 0 lower, 1 upper) [N]; body (t, body, 3): positions of keels [m].
+    force (t, 3 driven ends): their holding forces [N]; CPU seconds of MoorDyn's steps and of reading results."""
 
     t: NDArray[Any]
     tension: NDArray[Any]
@@ -36,7 +36,7 @@ class Series:
 
 
 def moordyn_module() -> Any:
-    """MoorDyn's Python module.  Raises InputError where it is not installed."""
+    """MoorDyn's Python module.  Raises InputError if it is not installed."""
     try:
         import moordyn
     except ImportError:
@@ -45,10 +45,10 @@ def moordyn_module() -> Any:
 
 
 def run(export: Export, end: float, most: int = 50_000, per_call: int | None = None) -> Series | None:
-    """To t = end [s]; None if the run diverges.  most: instants that are kept.  per_call: MoorDyn's steps in a call.
+    """Run to t = end [s]; None if it diverges.  most: largest number of instants; per_call: MoorDyn's steps per call.
 
-    Tensions at ends are carried on linearly from the two nodes next to them: what MoorDyn calls the tension of an end
-    lacks the weight of half a segment.
+    End tensions are extrapolated linearly from the two nearest nodes, as MoorDyn's own lack the weight of half a
+    segment.
     """
     moordyn = moordyn_module()
     step = export.step * (per_call or (1 if export.driven else PER_CALL)) * SHORTER
@@ -97,7 +97,7 @@ def _ends(moordyn: Any, line: Any) -> tuple[float, float]:
 
 @contextmanager
 def silent() -> Iterator[Any]:
-    """MoorDyn greets on the standard output of the process, not of Python."""
+    """Silence MoorDyn, which writes to the standard output of the process, not of Python."""
     saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)

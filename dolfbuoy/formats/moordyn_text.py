@@ -1,8 +1,7 @@
-"""Input files of MoorDyn as tables: sections, rows by the names of their columns, options.
+"""Input files of MoorDyn as tables: sections, rows by column name, options.
 
-Source: MoorDyn's manual, "Input Files", versions 1 and 2.  Columns are found by their names and not by their places,
-because the two versions order them differently.  Anything before the first section is free text; !, # and %
-begin a comment.
+Source: MoorDyn's manual, "Input Files", versions 1 and 2.  Columns are found by name, not by position, because the two
+versions order them differently.  Anything before the first section is free text; !, # and % begin a comment.
 """
 
 import re
@@ -12,7 +11,7 @@ from ..errors import InputError
 from ..scene.quantities import number_of
 
 COMMENT = "!#%"
-#: Sections by words in their headings, both versions; the first that fits counts.
+#: Sections by words in their headings, both versions; the first match counts.
 SECTIONS = {
     "line types": ("LINE TYPES", "LINE DICTIONARY"),
     "rod types": ("ROD TYPES", "ROD DICTIONARY"),
@@ -26,7 +25,7 @@ SECTIONS = {
     "options": ("OPTIONS",),
     "outputs": ("OUTPUT",),
 }
-#: Columns by what files call them, in lower case.
+#: Columns by their names in files, in lower case.
 COLUMNS = {
     "name": ("typename", "name", "linetype", "rodtype"),
     "id": (
@@ -70,7 +69,7 @@ COLUMNS = {
     **{f"{axis}{end}": (f"{axis}{end}",) for axis in "xyz" for end in "ab"},
     "outputs": ("outputs", "lineoutputs", "rodoutputs", "flags/outputs", "flags", "out", "lineout"),
 }
-#: Names that mean one thing in one section and another in another.
+#: Names with different meanings in different sections.
 _IN = {
     "line types": {"linetype": "name"},
     "rod types": {"rodtype": "name", "cdt": "CdEnd", "cat": "CaEnd"},
@@ -83,7 +82,7 @@ _IN = {
     },
     "external loads": {"object": "object", "fext": "force", "blin": "linear", "bquad": "quadratic", "csys": "frame"},
 }
-#: What MoorDyn 2 reads at the places of its columns, whatever the file calls them.
+#: Columns of MoorDyn 2 by position, whatever their names in the file.
 PLACES = {
     "line types": ["TypeName", "Diam", "Mass/m", "EA", "BA/-zeta", "EI", "Cd", "Ca", "CdAx", "CaAx", "Cl", "dF", "cF"],
     "rod types": ["TypeName", "Diam", "Mass/m", "Cd", "Ca", "CdEnd", "CaEnd"],
@@ -92,14 +91,14 @@ PLACES = {
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table: its line in the file, its values by canonical names of columns, those of `other` columns."""
+    """A row of a table: its line in the file, values by canonical column name, and values of `other` columns."""
 
     line: int
     values: dict[str, str]
     other: dict[str, str] = field(default_factory=dict)
 
     def number(self, column: str, default: float | None = None) -> float:
-        """A number of the row.  Raises InputError for none."""
+        """A number of the row.  Raises InputError if it is missing or bad."""
         text = self.values.get(column)
         if text is None and default is not None:
             return default
@@ -117,8 +116,8 @@ class Row:
 
 @dataclass
 class Tables:
-    """The sections of a file; options: line and value by their names in lower case; columns: those of each section as
-    the file names them, with units where it gives them; unknown: lines and headings of sections that are not known."""
+    """The sections of a file; options: line and value by name in lower case; unknown: other sections.
+    columns: of each section, as named in the file, with units if given; unknown: lines and headings."""
 
     rows: dict[str, list[Row]] = field(default_factory=dict)
     options: dict[str, tuple[int, str]] = field(default_factory=dict)
@@ -127,7 +126,7 @@ class Tables:
     unknown: list[tuple[int, str]] = field(default_factory=list)
 
     def of(self, section: str) -> list[Row]:
-        """Rows of a section, none if it is not there."""
+        """Rows of a section; empty if it is missing."""
         return self.rows.get(section, [])
 
     def option(self, *names: str) -> tuple[int, str] | None:
@@ -136,9 +135,9 @@ class Tables:
 
 
 def parse(text: str, by_place: bool = False) -> Tables:
-    """The tables of an input file.  by_place: columns of types are those of MoorDyn 2, whatever they are called.
+    """The tables of an input file; by_place: take columns of types as those of MoorDyn 2, whatever their names.
 
-    Raises InputError for a file that has no lines of a mooring, or a bad row.
+    Raises InputError for a file without mooring lines, or with a bad row.
     """
     tables, section = Tables(), None
     for number, line in enumerate(re.split("\r\n|\r|\n", text), 1):
@@ -149,7 +148,7 @@ def parse(text: str, by_place: bool = False) -> Tables:
         elif section == "options":
             _option(tables, number, line)
         elif section not in tables.columns:
-            if not re.match(r"\s*\d+\s+(n[a-z]+\s*$|[a-z]+\s+-\s)", line, re.IGNORECASE):  # how many rows there are
+            if not re.match(r"\s*\d+\s+(n[a-z]+\s*$|[a-z]+\s+-\s)", line, re.IGNORECASE):  # number of rows
                 if by_place and section in PLACES:
                     line = " ".join([*PLACES[section], *line.split()[len(PLACES[section]) :]][: len(line.split())])
                 tables.columns[section] = number, line.split()
@@ -165,7 +164,7 @@ def parse(text: str, by_place: bool = False) -> Tables:
 
 
 def _begun(tables: Tables, number: int, line: str) -> str | None:
-    """The section that a heading begins, None for one that is not known, or for a title."""
+    """The section that a heading begins; None for an unknown one, or for a title."""
     heading = " ".join(re.sub(r"[^A-Z ]", " ", line.upper()).split())
     first = not tables.columns
     for name, words in SECTIONS.items():
@@ -198,8 +197,8 @@ NEEDED = {
     "points": ("id", "attachment", "x", "y", "z"),
     "lines": ("type", "A", "B", "length"),
 }
-#: Units in which no file of MoorDyn is, which takes all numbers for m, kg, s and N; forces are in kN in columns
-#: that are not carried over.
+#: Units that MoorDyn does not support, as it takes all numbers in m, kg, s and N; kN occurs only in columns that are
+#: not translated.
 FOREIGN = {"ft", "feet", "in", "lb", "lbs", "lbf", "kip", "kips", "slug", "slugs"}
 FOREIGN |= {"mm", "cm", "km", "kn", "mn", "gn", "t", "te", "ton", "tonne", "g"}
 
@@ -228,7 +227,7 @@ def _check_units(tables: Tables, section: str, number: int) -> None:
 
 
 def canonical(section: str, column: str) -> str | None:
-    """The canonical name of a column, None for one that is not known."""
+    """The canonical name of a column; None for an unknown one."""
     name = column.lower()
     own = _IN.get(section, {})
     if name in own:
@@ -250,13 +249,13 @@ def _row(tables: Tables, section: str, number: int, line: str) -> None:
     pairs = list(zip(names, columns, parts, strict=False))
     values = {name: part for name, _, part in pairs if name is not None}
     other = {column: part for name, column, part in pairs if name is None}
-    if section == "bodies" and (both := re.fullmatch(r"(\d+)([A-Za-z]\w*)", values.get("id", ""))):  # as 1Coupled
+    if section == "bodies" and (both := re.fullmatch(r"(\d+)([A-Za-z]\w*)", values.get("id", ""))):  # e.g. 1Coupled
         values = {"attachment": both[2]} | values | {"id": both[1]}
     tables.rows.setdefault(section, []).append(Row(number, values, other))
 
 
 def is_number(text: str) -> bool:
-    """True if it is a finite number."""
+    """True if a text is a finite number."""
     try:
         number_of(text)
     except ValueError:
@@ -270,5 +269,5 @@ def _bodies(names: list[str | None]) -> list[str | None]:
 
 
 def is_nothing(text: str) -> bool:
-    """True for a number that is 0, and for what stands where there is no value."""
+    """True for a number that is 0, and for markers of a missing value."""
     return text in ("-", "#") or (is_number(text) and number_of(text) == 0)

@@ -1,7 +1,7 @@
 """Sea, bed, wave and current of a scene in MoorDyn's files.
 
-A regular wave is a spectrum of one component on MoorDyn's table in space and time (`WaveKin 2`): its sum of components
-(`WaveKin 7`) has no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
+A regular wave is a spectrum of one component on MoorDyn's table in space and time (`WaveKin 2`), as its sum of
+components (`WaveKin 7`) has no pressure and does not move a floating body.  MoorDyn uses Wheeler stretching.
 """
 
 import math
@@ -16,16 +16,16 @@ from ..scene.network import Network
 from ..scene.sections import Current, Scene
 from ..scene.waves import Waves
 
-#: Points of the table to a wave length, and to a period; MoorDyn interpolates linearly between them.
+#: Points of the table per wavelength and per period; MoorDyn interpolates linearly between them.
 PER_WAVE = 64
-#: Depth of a scene without water [m], and how many depths down MoorDyn's bed is put where the scene has none.
+#: Depth for a scene without water [m], and depth of MoorDyn's bed, in water depths, if the scene has none.
 DRY, FAR_DOWN = 1e4, 10.0
-#: Wave periods that the table lasts, unless the scene has a time of its own.
+#: Length of the table in wave periods, unless the scene has a time.
 PERIODS = 40
 
 
 def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """MoorDyn's options, and the files that go with its input, by name; note(text) of what is not carried over."""
+    """MoorDyn's options, and the files of its input by name; note(text): for parts that are not translated."""
     found = {"g": scene.gravity, "rho": scene.sea.density if scene.sea else 0.0}
     depth = scene.sea.depth if scene.sea else DRY
     far = FAR_DOWN if scene.sea and not (scene.waves or scene.seabed) else 1.0  # waves need the true depth
@@ -80,9 +80,9 @@ def _bed(scene: Scene, network: Network, note: Callable[..., Any]) -> dict[str, 
 
 
 def _wave(scene: Scene, waves: Waves) -> str:
-    """The component, and empty ones: their spacing is the length of the table in time, the last one its steps.
+    """The component and empty ones, whose frequency spacing sets the length of the table, and the last one its step.
 
-    The table is longer than the run, because MoorDyn reads a wrong value where it begins again, and the cable rings.
+    The table is longer than the run, as MoorDyn reads a wrong value where it restarts, and the cable rings.
     """
     frequency = main_propagation(scene).at_ground
     end = scene.time.end if scene.time else PERIODS * 2 * math.pi / frequency
@@ -97,10 +97,10 @@ def _wave(scene: Scene, waves: Waves) -> str:
 
 
 def _grid(scene: Scene, network: Network, waves: Waves, depth: float) -> str:
-    """Points of the table in space: PER_WAVE to a wave length along it and, near the surface, down z.
+    """Points of the table in space: PER_WAVE per wavelength along the wave and, near the surface, along z.
 
-    It reaches half a wave length beyond what the scene holds at the start, of lines to a buoy beyond their parts that
-    are not half a wave length down; where a line goes beyond, no wave is felt.
+    It extends half a wavelength beyond the scene at the start (of lines to a buoy, their parts above a depth of half a
+    wavelength); beyond the table there are no waves.
     """
     wave = 2 * math.pi / main_propagation(scene).wavenumber
     ends = (end for piece in network.pieces for end in piece.ends if end.held or end.is_on_sinker)

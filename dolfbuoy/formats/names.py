@@ -1,4 +1,4 @@
-"""Names of another program's parts as a scene allows them, and notes on what a translation could not carry over."""
+"""Names of another program's parts in a form that a scene allows, and notes on parts not translated."""
 
 import re
 from collections.abc import Callable
@@ -11,7 +11,7 @@ LONGEST = 50
 
 
 class Names:
-    """Names of one kind, each once: letters, digits, _ and -, a letter first; note(text) of those that change."""
+    """Unique names of one kind: letters, digits, _ and -, a letter first; note(text): for names that change."""
 
     def __init__(self, what: str, note: Callable[..., Any]):
         self.what, self.note, self.found = what, note, dict[str, str]()
@@ -32,7 +32,7 @@ class Names:
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence; line: of the file that it is about, None for the whole of it."""
+    """A sentence; line: of the file that it concerns, None for the whole file."""
 
     text: str
     line: int | None = None

@@ -1,12 +1,12 @@
 """A scene as input of MoorDyn 2: lines, points, bodies with rods, sea bed, regular wave, current.
 
-What has another meaning there, and how it is carried over (MoorDyn's manual, "Line Types", "Rod Types", "Options"):
+Differences in meaning, and how they are translated (MoorDyn's manual, "Line Types", "Rod Types", "Options"):
 
 - tangential drag refers to the surface pi d l there and to the drag diameter l here: CdAx = C_dt d/(pi Diam);
-- one diameter is that of volume and drag: Diam is of the volume, and the drag coefficients take up the difference;
-- internal damping: BA where the scene has `damping`, else BA = -1, critical damping of a segment's shortest axial
-  vibration, as its manual recommends.  It vanishes with the segment's length; without it MoorDyn rings;
-- the hull is made of cylinders (rods) on a body without rods' mass; added mass and drag of faces are those of its ends.
+- a single diameter gives volume and drag: Diam is that of the volume, and drag coefficients are scaled;
+- internal damping: BA if the scene has `damping`, else BA = -1, critical damping of a segment's highest axial mode, as
+  its manual recommends.  It vanishes with the segment length; without it MoorDyn rings;
+- the hull consists of massless cylinders (rods) on a body; added mass and drag of faces act at the rods' ends.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ if TYPE_CHECKING:
     from ..scene.network import End, Piece
     from ..scene.sections import Scene
 
-#: Parts of each cone of a hull, each a cylinder of its volume.
+#: Number of cylinders of equal volume that replace each cone of a hull.
 CONE_PARTS = 4
 #: Segments of a rod, and of a line per element.
 ROD_SEGMENTS = 18
-#: Steps are this share of 1/omega, the fastest axial vibration of a segment, if they are not given: below every limit.
+#: Default step as a fraction of 1/omega of a segment's highest axial mode: below every stability limit.
 STEP = 0.8
-#: An inextensible line gets this many times its weight as EA.
+#: EA of an inextensible line as a multiple of its weight.
 STIFF = 1e4
 
-#: Keys of a buoy that have no place there.
+#: Keys of a buoy without a counterpart in MoorDyn.
 LEFT_OUT = ("rotational_added_mass", "wave_damping", "disk_averages", "rotational_damping", "potential_flow")
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """Integrator and step [s] of MoorDyn; segments: of a line for each element."""
+    """Integrator and step [s] of MoorDyn; segments: per element of a line."""
 
     scheme: str = "RK2"
     step: float | None = None
@@ -65,8 +65,8 @@ class Start:
 
 @dataclass
 class Export:
-    """Files by name, the first one is MoorDyn's input; what was not carried over; the step [s]; which point each driven
-    or held end is, in the order in which MoorDyn takes their places, as scene's `Top` sections."""
+    """Files by name, MoorDyn's input first; notes on parts not translated; the step [s]; and the driven ends.
+    Driven or held ends are points, in the order in which MoorDyn takes their positions, as `Top` sections."""
 
     files: dict[str, str]
     notes: list[Note]
@@ -75,7 +75,7 @@ class Export:
 
 
 def start_of(record: xr.Dataset) -> Start:
-    """The start that an equilibrium of the scene is (`dolfbuoy.solve_static`), or an instant of a run."""
+    """The Start from an equilibrium of the scene (`dolfbuoy.solve_static`), or from an instant of a run."""
     found = Start()
     if "joint_position" in record:
         found.joints = {str(name): record.joint_position.sel(joint=name).values for name in record.joint.values}
@@ -85,7 +85,7 @@ def start_of(record: xr.Dataset) -> Start:
 
 
 def export(scene: Scene, start: Start | None = None, numerics: Numerics | None = None) -> Export:
-    """MoorDyn's input for a scene with a cable.  start: of what is free; absent: the scene's own, or the origin."""
+    """MoorDyn's input for a scene with a cable.  start: of free parts; default: the scene's own, or the origin."""
     return _Writer(scene, start or Start(), numerics or Numerics()).export()
 
 
@@ -114,7 +114,7 @@ class _Writer:
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)
             ends = [self._point(piece.section, end) for end in piece.ends]
             self.lines.append((number, name, *ends, piece.section.length, segments, "-"))
-        # 1/omega of the shortest axial vibration of a segment [s]
+        # 1/omega of the highest axial mode of a segment [s]
         axial = (
             c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
             for c in (piece.section for piece in self.network.pieces)
@@ -178,7 +178,7 @@ class _Writer:
         none = (0.0,) * 4
         name, top = end.name or "", end.top
         if top is not None and end.kind in ("fixed", "prescribed"):
-            moved = end.kind == "prescribed" or "." in name  # a fairlead of a vessel, which may rest
+            moved = end.kind == "prescribed" or "." in name  # a fairlead of a vessel, which may be at rest
             if moved:
                 self.driven.append(top)
             return ("Coupled" if moved else "Fixed", *(top.position or ()), *none)
@@ -220,7 +220,7 @@ class _Writer:
         return bodies, types, rods
 
     def _cylinders(self, buoy: Buoy) -> list[tuple[float, float, float]]:
-        """(low, high, diameter) of the hull from the keel up."""
+        """(low, high, diameter) of the cylinders of a hull, from the keel up."""
         found, stations = list[tuple[float, float, float]](), np.array(buoy.hull or [], dtype=float).tolist()
         for (low, d0), (high, d1) in pairwise(stations):
             if high <= low:
@@ -237,7 +237,7 @@ class _Writer:
         return found
 
     def _ends_share(self, buoy: Buoy, power: int) -> float:
-        """Faces of the hull over ends of its rods, by this power of the diameter: what coefficients of ends take up."""
+        """Ratio of hull faces to rod ends by this power of the diameter, to scale the end coefficients."""
         cylinders = self._cylinders(buoy)
         diameters = [0.0, *(d for _, _, d in cylinders), 0.0]
         faces = sum(abs(b**power - a**power) for a, b in pairwise(diameters))

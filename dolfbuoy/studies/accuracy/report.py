@@ -4,8 +4,8 @@ For each of the paper's scenes, on a shortened run:
 
 - cases that vary the elements at one small step, cases that vary scheme and step on the scene's own elements, and
   combinations in between; all against one reference, as in `work_precision`.  They give the figure and the sentences;
-- the error of the schemes alone, against the same elements at a much smaller step; - the whole run of the paper, by
-backward Euler and by a second-order scheme on the same elements;
+- the error of the schemes alone, against the same elements at a much smaller step;
+- the whole run of the paper, by backward Euler and by a second-order scheme on the same elements;
 
 and with them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
 Cases are stored on disk one by one: an interrupted report continues where it stopped.

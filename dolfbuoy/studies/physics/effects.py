@@ -4,7 +4,7 @@ The barest scene is cable, buoy and hydrostatics.  A change is the rms differenc
 to the range (max - min) of the full run; the change of the maximum likewise.  Cost is measured in two ways:
 
 - operations: distinct nodes of the residual's expression graph, after expansion of derivatives and tensor algebra,
-without constants, coefficients and arguments.  A subexpression used twice is computed and counted once.
+  without constants, coefficients and arguments.  A subexpression used twice is computed and counted once.
   The number depends on the scene alone, not on machine, compiler or mesh.
 - time per step: processor time, median over steps of both scenes taken in turn, so that both see the same load.
 
