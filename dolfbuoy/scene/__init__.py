@@ -1,4 +1,4 @@
-"""The scene language: typed, bounded sections, and how they are read and written."""
+"""The scene language: typed, bounded sections, with reading and writing."""
 
 from .cable import Top
 from .keys import Key, list_keys

@@ -45,8 +45,8 @@ class Anchor(Section):
 def anchors_of(network: Network) -> dict[str, list[tuple[int, int]]]:
     """Name of an anchor -> [(cable, its end there: 0 at s = 0, 1 at s = L), ...].
 
-    Ends that stay where they are, not above the other end if that does so too: those at a fixed joint are one anchor of
-    its name, the others CABLE.from and CABLE.to.
+    Anchors are fixed ends; if both ends of a line are fixed, not the upper one.  Those at a fixed joint form one anchor
+    with its name, others are called CABLE.from and CABLE.to.
     """
     found: dict[str, list[tuple[int, int]]] = {}
     for cable, name in enumerate(network.cables):
@@ -63,7 +63,7 @@ def ends_of(network: Network, cable: int) -> tuple[End, End]:
 
 
 def stays(end: End) -> bool:
-    """True for an end that stays where it is, or is held by a sinker."""
+    """True for an end that is fixed, or held by a sinker."""
     return end.kind == "fixed" or end.is_on_sinker
 
 
@@ -72,7 +72,7 @@ def _height(end: End) -> float:
 
 
 def given_anchors(scene: "Scene") -> dict[str, Anchor]:
-    """Section of each anchor, by its name; empty without any.  Raises Wrong or Missing."""
+    """Section of each anchor by name; empty without any.  Raises Wrong or Missing."""
     return _given(scene.anchor or [], scene.network)
 
 
@@ -95,7 +95,7 @@ def _given(anchors: list[Anchor], network: Network) -> dict[str, Anchor]:
 
 
 def with_sinkers(scene: "Scene", network: Network) -> Network:
-    """A network in which sinkers that may be dragged are bodies at joints.  Raises Wrong or Missing."""
+    """The network with sinkers that may drag as bodies at joints.  Raises Wrong or Missing."""
     dragged = {name: one for name, one in _given(scene.anchor or [], network).items() if one.drags}
     if not dragged:
         return network
@@ -112,7 +112,7 @@ def with_sinkers(scene: "Scene", network: Network) -> Network:
 
 
 def _sinker(scene: "Scene", name: str, anchor: Anchor, end: End) -> Sinker:
-    """The body of a sinker that lies at the place of an end.  Raises Wrong or Missing."""
+    """The body of a sinker at the position of an end.  Raises Wrong or Missing."""
     if scene.sea is None or scene.seabed is None:
         raise Missing("seabed", "a sinker that drags lies on it")
     if scene.seabed.friction == 0:

@@ -1,4 +1,4 @@
-"""Depths of a sea bed that is no plane: a grid, from a table or a file, and the smooth surface through it."""
+"""Depths of an uneven sea bed: a grid, from a table or a file, and the smooth surface through it."""
 
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +17,9 @@ from .wave_files import file_of, is_file, is_netcdf
 Array = NDArray[Any]
 MOST_LINES = 2000
 _Lines = Annotated[list[q.Height], Field(min_length=2, max_length=MOST_LINES)]
-#: Orders of the derivatives of the height by x and by y, as `Depths.derivatives` has them.
+#: Orders of the derivatives of the height by x and by y in `Depths.derivatives`.
 ORDERS = (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)
-#: What the depth is called in a netCDF file, and what counts upwards there.
+#: Names of depths in a netCDF file, and of heights.
 DOWN, UP = ("depth", "deptho", "h"), ("elevation", "z", "topo", "altitude")
 
 
@@ -43,7 +43,7 @@ class Depths(Section):
 
     @cached_property
     def _surface(self) -> Any:
-        from scipy.interpolate import RectBivariateSpline  # only where there is such a bed
+        from scipy.interpolate import RectBivariateSpline  # only needed for such a bed
 
         x, heights = _cubic(np.array(self.x), -np.array(self.depth, dtype=float).T)
         y, heights = _cubic(np.array(self.y), heights.T)
@@ -68,7 +68,7 @@ class Depths(Section):
 
 
 def _cubic(lines: Array, values: Array) -> tuple[Array, Array]:
-    """Lines and values (lines, ...) that a cubic spline can go through: two or three lines are a polynomial's."""
+    """Grid lines and values (lines, ...) for a cubic spline; two or three lines are extended by a polynomial."""
     if len(lines) > 3:
         return lines, values
     more = np.linspace(lines[0], lines[-1], 5)
@@ -79,7 +79,7 @@ def _cubic(lines: Array, values: Array) -> tuple[Array, Array]:
 
 
 def depths_of(value: Any) -> Any:
-    """Value of `seabed.depths` with the grid of a file in place of its name.  Raises ValueError."""
+    """Value of `seabed.depths`, with the name of a file replaced by its grid.  Raises ValueError."""
     if not is_file(value):
         return value
     path = file_of(value, "a table of x, y and depth, or the name of a file")
@@ -107,7 +107,7 @@ def depths_from_text(path: Path) -> dict[str, Any]:
 
 
 def _seafloor(rows: list[list[float]]) -> dict[str, Any]:
-    """Grid of the rows of MoorDyn 2's file.  Raises ValueError or KeyError for one that has not each point."""
+    """Grid from the rows of MoorDyn 2's file.  Raises ValueError or KeyError if points are missing."""
     _, x, y, *points = rows
     heights = {(a, b): z for a, b, z in points}
     if [len(x), len(y)] != [int(count) for count in rows[0]]:

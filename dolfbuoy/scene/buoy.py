@@ -1,4 +1,4 @@
-"""The section [buoy], and those of what acts on a buoy alone."""
+"""The section [buoy], and those of loads on a single buoy."""
 
 import itertools
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from .quantities import Missing, Wrong
 from .section import Section, key
 from .wave_files import rows_of
 
-#: What coefficients of potential flow have in them.
+#: Effects included in potential-flow coefficients.
 HAS_THEM = ("added_mass", "axial_added_mass", "rotational_added_mass", "wave_damping")
 
 
@@ -88,12 +88,12 @@ class PointMass(Section):
     height: q.Height = key("height above the keel", "m")
 
 
-#: Shapes by whose name coefficients may be given, and the word for the damping of the waves that a hull makes.
+#: Names of shapes by which coefficients may be given, and the word for radiation damping.
 SHAPES, RADIATION = ("disc", "cylinder", "spar"), ("radiation",)
 
 
 def _or_words(words: tuple[str, ...], schema: dict[str, Any]) -> tuple[Any, ...]:
-    """Validators of a key that takes one of some words too; schema: of its other values."""
+    """Validators of a key that also accepts certain words; schema: of its other values."""
 
     def check(value: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(value, str) and value not in words:

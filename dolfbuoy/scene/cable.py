@@ -1,4 +1,4 @@
-"""The section [cable.top], and what a piece of line is once all of its keys have a value."""
+"""The section [cable.top], and a piece of line with values for all keys."""
 
 import math
 from collections.abc import Callable
@@ -71,7 +71,7 @@ class Top(Section):
         return self
 
     def check_motion(self) -> None:
-        """Raises Wrong or Missing unless one motion is given, of three kinds."""
+        """Raise Wrong or Missing unless exactly one of the three kinds of motion is given."""
         given = [name for name in ("amplitude", "velocity", "motion") if getattr(self, name) is not None]
         if len(given) > 1:
             raise Wrong(given[1], getattr(self, given[1]), f"does not go with {given[0]}: give one of them")
@@ -85,7 +85,7 @@ class Top(Section):
             raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
 
 
-#: Cosine of the largest turn of a direction from row to row.
+#: Cosine of the largest rotation of a direction between rows.
 WIDEST_TURN = 0.17
 
 
@@ -121,15 +121,15 @@ class EndDirection(Section):
 
     @property
     def unit(self) -> tuple[float, ...]:
-        """Direction of length 1, the first one of a motion."""
+        """Unit direction; for a motion, the first one."""
         direction = self.direction or (self.motion or [])[0][1:]
         size = math.hypot(*direction)
         return tuple(x / size for x in direction)
 
 
-#: What no end of a cable moves at [m/s].
+#: Speed that no end of a cable reaches [m/s].
 FASTEST = 1e3
-#: Keys of which one gives the motion of an end.
+#: Keys that give the motion of an end, only one at a time.
 MOTION = ("amplitude", "period", "velocity", "motion")
 
 
@@ -279,7 +279,7 @@ class Cable(Section):
         return self
 
     def _check_winch(self) -> None:
-        """Raise Wrong unless the winch begins with the length, from t = 0 on, and is not too fast."""
+        """Raise Wrong unless the winch starts with the length at t = 0, and is not too fast."""
         if self.winch is None:
             return
         if self.winch[0][0] < 0 or abs(self.winch[0][1] - self.length) > 1e-9 * self.length:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 #: Breaking load over the largest tension of a dynamic analysis, by condition: API RP 2SK (2005), Sec. 7.2.
 API = {"intact": 1.67, "one line broken": 1.25}
-#: Partial factors of the mean and of the dynamic part of the tension, by condition and consequence class, and the part
-#: of the breaking load that counts: DNV-OS-E301, Ch. 2 Sec. 2, ULS and ALS, dynamic analysis.
+#: Partial factors of mean and dynamic tension, by condition and consequence class, and the fraction of the breaking
+#: load that counts: DNV-OS-E301, Ch. 2 Sec. 2, ULS and ALS, dynamic analysis.
 DNV = {
     ("intact", 1): (1.10, 1.50),
     ("intact", 2): (1.40, 2.10),
@@ -27,7 +27,7 @@ _LIMIT = re.compile(r"\s*([a-z_]+)\.(max|min|mean|std)(?:\[([^\]]{1,200})\])?\s*
 
 
 class Limit(NamedTuple):
-    """A limit of an output: name of its series, number of it ("max", ...), its part ("" of any), "<" or ">", bound."""
+    """A limit on an output: name of its series, statistic ("max", ...), part ("" for any), "<" or ">", bound."""
 
     series: str
     number: str
@@ -75,7 +75,7 @@ class Criteria(Section):
 
     @property
     def parsed(self) -> list[Limit]:
-        """The limits of outputs.  Raises Wrong for one that is none."""
+        """The parsed limits on outputs.  Raises Wrong for an invalid one."""
         found = []
         for k, text in enumerate(self.limits):
             parts = _LIMIT.fullmatch(text)
@@ -89,7 +89,7 @@ class Criteria(Section):
 
 
 def check_criteria(scene: "Scene") -> None:
-    """Refuse criteria of what a scene does not have.  Raises Missing."""
+    """Raise Missing for criteria on parts that a scene does not have."""
     criteria, network = scene.criteria, scene.network
     if criteria is None:
         return

@@ -1,14 +1,14 @@
-"""Added mass and wave damping of an upright cylinder that floats, by linear potential flow.
+"""Added mass and radiation damping of an upright floating cylinder, by linear potential flow.
 
-The water is cut at r = a into the disk below the flat bottom, of height d, and what is outside, of depth h.  In each,
-the potential of a motion of unit velocity is a sum of products that fulfil the conditions at bed, bottom and surface,
+The water is split at r = a into the disk below the flat bottom, of height d, and the exterior, of depth h.  In each,
+the potential of a motion of unit velocity is a sum of products that satisfy the conditions at bed, bottom and surface,
 
     r < a:  phi_p + sum C_n V_n(r) cos(n pi z/d),      r > a:  sum A_q R_q(r) Z_q(z),
 
-times cos(m theta), m = 0 in heave and 1 in surge and pitch; z from the bed up.  Z_0 is that of the wave, the others are
-evanescent.  Potential and radial velocity go on across r = a (Yeung, *Added mass and damping of a vertical cylinder in
-finite-depth waters*, Applied Ocean Research 3, 1981).  At the sharp edge the sums converge slowly: what the second half
-of the functions brings says what is left.
+times cos(m theta), m = 0 in heave and 1 in surge and pitch; z upwards from the bed.  Z_0 is the wave mode, the others
+are evanescent.  Potential and radial velocity are continuous at r = a (Yeung, *Added mass and damping of a vertical
+cylinder in finite-depth waters*, Applied Ocean Research 3, 1981).  The sums converge slowly because of the sharp edge:
+the remainder is extrapolated from the contribution of the second half of the functions.
 """
 
 from typing import Literal, NamedTuple
@@ -21,9 +21,9 @@ from ..roots import brentq
 Array = NDArray[np.float64]
 Motion = Literal["heave", "surge", "pitch"]
 
-#: Functions of the height outside.
+#: Number of functions of the height in the exterior.
 TERMS = 160
-#: Order with which the sums converge in the number of functions.
+#: Order of convergence of the sums in the number of functions.
 ORDER = 5 / 3
 
 
@@ -36,8 +36,8 @@ class Cylinder(NamedTuple):
     center: float = 0.0
 
     def radiation(self, motion: Motion, omega: float, gravity: float, terms: int = TERMS) -> tuple[float, float]:
-        """(added mass, damping) in a motion of angular frequency omega, per density of the water: heave and surge
-        [m^3, m^3/s], pitch [m^5, m^5/s]."""
+        """(added mass, damping) at angular frequency omega, per water density: heave and surge [m^3, m^3/s], pitch
+        [m^5, m^5/s]."""
         fine, coarse = (_Sums(self, motion, omega, gravity, count).inertia() for count in (terms, terms // 2))
         best = fine + (fine - coarse) / (2**ORDER - 1)
         return float(best.real), float(omega * best.imag)
@@ -57,7 +57,7 @@ def wave_numbers(omega: float, depth: float, gravity: float, count: int) -> tupl
 
 
 class _Sums:
-    """The equations of the factors A, with `count` functions besides the wave's outside."""
+    """The equations for the factors A, with `count` exterior functions besides the wave mode."""
 
     def __init__(self, body: Cylinder, motion: Motion, omega: float, gravity: float, count: int):
         self.a, self.h = body.radius, body.depth
@@ -74,7 +74,7 @@ class _Sums:
         )
 
     def _outside(self, wave: float, others: Array) -> Array:
-        """Numbers of all Z from those of cosh kz and of cos mz."""
+        """Values for all Z from those for cosh kz and cos mz."""
         found: Array = np.concatenate([[wave], others]) / np.sqrt(self.size)
         return found
 
@@ -123,14 +123,14 @@ class _Sums:
         return -a * means, -(squares - 0.75 * a**2 * d * E[0]) / (2 * d)
 
     def _side(self) -> Array:
-        """Integrals over the side of its normal velocity times Z."""
+        """Integrals over the side of normal velocity times Z."""
         if self.motion == "heave":
             return np.zeros(len(self.size))
         about, power = (self.center, 1) if self.motion == "pitch" else (0.0, 0)
         return self._moment(self.h, power, about) - self._moment(self.d, power, about)
 
     def _bottom(self) -> tuple[float, Array]:
-        """Integrals over the bottom of the potential times the velocity: of phi_p, and of V_n cos(n pi)."""
+        """Integrals over the bottom of potential times velocity: for phi_p, and for V_n cos(n pi)."""
         from scipy.special import ive
 
         a, d, la, m = self.a, self.d, self.lam[1:] * self.a, self.m

@@ -1,9 +1,9 @@
 """The section [fatigue], and fatigue curves by name or by their constant with its unit.
 
-N = K R^-m cycles of the range R lead to failure.  R is a tension over a reference load (API RP 2SK, 3rd edition 2005,
-T-N curves; of polyester DNVGL-OS-E301 2018), or a stress in the steel (DNV-OS-E301, S-N curves).  API measures chain
-and its links against the breaking load of grade ORQ of the same bar, also where the chain itself is of a better grade:
-it is taken as soon as `steel_area` gives the bar.  K of wires falls with the mean tension.
+N = K R^-m cycles of range R lead to failure.  R is a tension over a reference load (T-N curves: API RP 2SK, 3rd edition
+2005; polyester: DNVGL-OS-E301 2018), or a stress in the steel (S-N curves: DNV-OS-E301).  API refers chain and links to
+the breaking load of grade ORQ of the same bar, even if the chain has a better grade; this is used if `steel_area` gives
+the bar.  K of wires falls with the mean tension.
 """
 
 import math
@@ -29,8 +29,8 @@ ORQ = 0.0211
 class Curve(NamedTuple):
     """N = 10^(log_constant + by_mean Lm) R^-exponent; Lm: mean tension over the reference load.
 
-    unit: of R: "MBL" of a tension over the reference load, "MPa" of a stress, "N" or "kN" of a tension.
-    bar: whether corrosion thins what it is of, the bar of a chain.
+    unit: of R: "MBL" for a tension over the reference load, "MPa" for a stress, "N" or "kN" for a tension.
+    bar: True for the bar of a chain, which corrosion thins.
     """
 
     name: str
@@ -42,12 +42,12 @@ class Curve(NamedTuple):
 
     @property
     def of_grade_orq(self) -> bool:
-        """True if the breaking load of its ranges is that of grade ORQ, of the same bar, unless its own is less."""
+        """True if ranges refer to the breaking load of grade ORQ of the same bar, unless the chain's own is less."""
         return self.bar and self.name.startswith("API")
 
     @property
     def needs(self) -> str:
-        """Key of the line without which its ranges have no unit; empty if there is none."""
+        """Key of the line required by the unit of the ranges; empty if none is."""
         return {"MBL": "breaking_load", "MPa": "steel_area"}.get(self.unit, "")
 
     def reference(
@@ -55,7 +55,7 @@ class Curve(NamedTuple):
     ) -> float:
         """Tension at which R = 1 [N], of a bar that has lost `corrosion` of its diameter [m].
 
-        Raises Missing for a number of the line that it needs, Wrong for a corrosion that leaves nothing.
+        Raises Missing for a required key of the line, Wrong for a corrosion that leaves nothing.
         """
         numbers = {"breaking_load": breaking_load, "steel_area": steel_area}
         if self.needs and numbers[self.needs] is None:
@@ -90,7 +90,7 @@ def _named() -> Iterator[Curve]:
     yield Curve("DNV polyester", 13.46, math.log10(0.259), "MBL")
 
 
-#: By their names in a scene.
+#: Curves by their names in a scene.
 CURVES = {curve.name: curve for curve in _named()}
 _OWN = re.compile(r"(\S+) (N|kN|MPa|MBL)\^(\S+)")
 FORMS = "'6e10 MPa^3', '316 MBL^3' (of tensions over the breaking load) or '1e15 N^3'"
@@ -147,13 +147,13 @@ class Fatigue(Section):
 
 
 def curve_on(section: "Cable", fatigue: Fatigue | None, linked: bool = False) -> str | None:
-    """Text of the curve of a piece of line; linked: at an end or a joint.  None: it has none."""
+    """Text of the curve of a piece of line, or None; linked: at an end or a joint."""
     own = section.fatigue_curve or (fatigue.curve if fatigue else None)
     return (fatigue.connectors if fatigue and linked else None) or own
 
 
 def check_fatigue(scene: "Scene") -> None:
-    """Refuse curves of lines that lack what their ranges refer to.  Raises Wrong or Missing."""
+    """Raise Wrong or Missing for curves of lines that lack the reference of their ranges."""
     network, fatigue = scene.network, scene.fatigue
     corrosion, thinned, any_curve = fatigue.corrosion if fatigue else 0.0, False, False
     rate = fatigue.corrosion_rate if fatigue else 0.0

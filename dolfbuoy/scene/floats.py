@@ -1,8 +1,8 @@
-"""Mooring floats by what they are called in a catalogue.
+"""Mooring floats by their catalogue names.
 
 Net buoyancy in sea water, diameter and drag coefficient: R. K. Dewey, Mooring Design & Dynamics, Marine Models 1 (1999)
-103-157, its database of elements.  Balls displace their volume; a glass one that of the glass, in a hard hat as wide as
-the diameter, which weighs nothing in water.  Mass is what then leaves the buoyancy.  Added mass: 0.5, of a sphere.
+103-157, its database of elements.  Balls displace their volume; a glass one that of the glass, in a hard hat of the
+given diameter, which is weightless in water.  The mass follows from the net buoyancy.  Added mass: 0.5, as of a sphere.
 """
 
 import math
@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 
-DENSITY = 1025.0  # sea water in which the buoyancies are [kg/m^3]
+DENSITY = 1025.0  # sea water of the buoyancies [kg/m^3]
 
 SOURCE = "Dewey, Mooring Design & Dynamics, Marine Models 1 (1999)"
 
 
 class Float(NamedTuple):
-    """Net buoyancy [kg], diameter that meets the water [m], drag coefficient, that of the ball if it is less [m]."""
+    """Net buoyancy [kg], outer diameter [m], drag coefficient, and diameter of the ball if smaller [m]."""
 
     buoyancy: float
     diameter: float
@@ -41,22 +41,22 @@ FLOATS = {
 
 
 def with_float(table: Any) -> Any:
-    """The keys of a [[joint]] or of the body of a segment with those of the float that it names, under its own.
+    """The keys of a [[joint]] or of a segment's body, completed by those of the float that it names.
 
-    Raises InputError for a float that there is not.
+    Raises InputError for an unknown float.
     """
     if not isinstance(table, dict) or table.get("float") is None:
         return table
     name = table["float"]
     if not isinstance(name, str) or name not in FLOATS:
         raise InputError(f"float = {name!r}: must be one of {', '.join(map(repr, FLOATS))}.")
-    others = [keys_of(one) for one in FLOATS.values()]  # a variation of a scene has those of the float before
+    others = [keys_of(one) for one in FLOATS.values()]  # a variant of a scene still has those of the previous float
     own = {key: value for key, value in table.items() if all(value != other.get(key) for other in others)}
     return keys_of(FLOATS[name]) | {key: value for key, value in own.items() if key != "float"}
 
 
 def float_of(body: Any) -> str | None:
-    """Name of the float whose mass and volume a body has, which is all that a scene keeps of it."""
+    """Name of the float with the mass and volume of a body, which are all that a scene stores of it."""
     for name, one in FLOATS.items():
         keys = keys_of(one)
         if (body.mass, body.volume) == (keys["mass"], keys["volume"]):

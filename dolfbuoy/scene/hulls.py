@@ -22,7 +22,7 @@ class MassProperties:
 
 
 def mass_properties(buoy: Buoy) -> MassProperties:
-    """C of hull and point masses and the inertia about it, by the parallel-axis theorem.
+    """Mass and C of hull and point masses, and the inertia about C by the parallel-axis theorem.
 
     buoy: the scene's section, by default a uniform solid hull.
     """
@@ -44,7 +44,7 @@ def mass_properties(buoy: Buoy) -> MassProperties:
 
 
 def shape_of(buoy: Buoy) -> HullShape | None:
-    """Hull of the scene's section, if it has one."""
+    """Hull of the buoy's section, or None."""
     return HullShape(tuple(buoy.hull)) if buoy.hull else None
 
 
@@ -73,8 +73,8 @@ def float_upright(
 ) -> Floating:
     """Upright equilibrium with a vertical downward `pull` [N] at `pull_height` above the keel.
 
-    GM is the restoring lever of the whole load: (buoyancy at the metacentre - weight at C - pull at its point) per
-    weight.  Raises InputError when the buoy sinks.
+    GM is the restoring lever of all loads: (buoyancy at the metacentre - weight at C - pull at its point) per weight.
+    Raises InputError if the buoy sinks.
     """
     M, zG = mass_properties.mass, mass_properties.height
     load = M + (pull / gravity if gravity else 0.0)

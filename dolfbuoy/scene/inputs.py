@@ -1,4 +1,4 @@
-"""A scene in words: every value that differs from its default, by the section that it stands in."""
+"""A scene in words: every value that differs from its default, by section."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -9,16 +9,16 @@ from .section import Section, unit_of
 from .sections import Scene
 from .shapes import BY_SHAPE, SOURCE
 
-#: Keys on top that a page or report has in its heading.
+#: Top-level keys shown in the heading of a page or report.
 OF_REPORTS = ("title", "project", "author", "revision")
-#: Numbers from here on have their digits in groups.
+#: Numbers from which digits are grouped.
 MANY = 1e4
-#: Numbers of a list that are shown; of more only how many there are.
+#: Longest list whose numbers are shown; for a longer one, only the count.
 MOST_NUMBERS = 12
 
 
 class Input(NamedTuple):
-    """A value, as text: its section ("cable.top", "joint.clump"), meaning, value and unit ("" of what has none)."""
+    """A value as text: its section ("cable.top", "joint.clump"), meaning, value and unit ("" without one)."""
 
     section: str
     meaning: str
@@ -32,7 +32,7 @@ def inputs_of(scene: Scene) -> list[Input]:
 
 
 def _by_shape(scene: Scene) -> Iterator[Input]:
-    """Numbers of coefficients that are given by a shape, with their source."""
+    """Values of coefficients given by shape, with their source."""
     for given, buoy in zip(scene.buoys, scene.network.buoys.values(), strict=True):
         for name in (*BY_SHAPE, "wave_damping"):
             if isinstance(getattr(given, name), str):
@@ -43,7 +43,7 @@ def _by_shape(scene: Scene) -> Iterator[Input]:
 
 
 def _within(section: Section, path: str) -> Iterator[Input]:
-    inner, resolved = [], getattr(section, "resolved", type(section)).model_fields  # whose defaults hold
+    inner, resolved = [], getattr(section, "resolved", type(section)).model_fields  # its defaults hold
     for name, info in type(section).model_fields.items():
         value, stands = getattr(section, name), resolved.get(name, info)
         if value is None or value in (info.default, stands.default) or (not path and name in OF_REPORTS):
@@ -62,7 +62,7 @@ def _within(section: Section, path: str) -> Iterator[Input]:
 
 
 def _sections(value: Any) -> dict[str, Section]:
-    """Sections in a value by their names, which the only one does not need."""
+    """Sections in a value by name; a single one needs no name."""
     if isinstance(value, Section):
         return {"": value}
     if isinstance(value, dict):
@@ -82,5 +82,5 @@ def _text(value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{name} = {_text(one)}" for name, one in value.items())
     if isinstance(value, int | float) and MANY <= abs(value) < 1e15:
-        return f"{float(f'{value:.6g}'):,.0f}"  # 66,953,600: the exponent of 6.69536e+07 is easily overlooked
+        return f"{float(f'{value:.6g}'):,.0f}"  # 66,953,600: the exponent of 6.69536e+07 is easily missed
     return f"{value:g}" if isinstance(value, int | float) else str(value)

@@ -26,14 +26,14 @@ def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
     for key, (owner, name) in _fields(model, prefix).items():
         info = owner.model_fields[name]
         if info.description:
-            stands = getattr(owner, "resolved", owner).model_fields.get(name, info)  # whose default holds
+            stands = getattr(owner, "resolved", owner).model_fields.get(name, info)  # its default holds
             default = "required" if stands.is_required() else _toml(stands.default)
             rows.append(Key(key, unit_of(info), default, _range(schema(owner)[name]), info.description))
     return rows
 
 
 def _fields(model: type[Section], prefix: str = "") -> dict[str, tuple[type[Section], str]]:
-    """Name of each key and section -> the section it stands in, and its name there."""
+    """Name of each key and section -> its parent section, and its name there."""
     found = {}
     for name, info in model.model_fields.items():
         found[prefix + name] = model, name
@@ -44,7 +44,7 @@ def _fields(model: type[Section], prefix: str = "") -> dict[str, tuple[type[Sect
 
 
 def keys_of(section: str | None = None) -> list[Key]:
-    """Those of a section, by its dotted name, and of the sections in it; all without one.  Raises InputError."""
+    """Keys of a section, by dotted name, including subsections; all keys without a section.  Raises InputError."""
     rows = list_keys()
     if section is None:
         return rows
@@ -64,11 +64,11 @@ def _takers() -> frozenset[str]:
 
 
 def takes_none(key: str) -> bool:
-    """True if the word none is a value of the key."""
+    """True if the word none is a valid value of the key."""
     return key in _takers()
 
 
-#: Tables of which there are several, one after the other, and those of names that a scene gives itself.
+#: Tables that may occur in a list, and tables with names chosen in the scene.
 _LISTS = frozenset({*SEVERAL, "joint", "vessel", "cable.segments", "buoy.point_masses"})
 _NAMED = frozenset({"material", "uncertain", "design.vary", "solver.petsc", "initial.points"})
 
@@ -80,7 +80,7 @@ def _known() -> frozenset[str]:
 
 
 def is_key(names: list[str]) -> bool:
-    """True if these are the parts of a key or section, with names or numbers of tables among them."""
+    """True if these are the parts of a key or section, possibly with names or numbers of tables."""
     here = ""
     for k, name in enumerate(names):
         deeper = f"{here}.{name}" if here else name
@@ -107,7 +107,7 @@ def _toml(value: Any) -> str:
 
 
 def _range(schema: dict[str, Any]) -> str:
-    """Range that a JSON schema allows, in words."""
+    """Range allowed by a JSON schema, in words."""
     if "anyOf" in schema:
         return " or ".join(_range(choice) for choice in schema["anyOf"] if choice.get("type") != "null")
     if "enum" in schema:

@@ -1,11 +1,11 @@
-"""Materials by what they are called in a catalogue, and those of a user's own file.
+"""Materials by their catalogue names, and those of a user's own file.
 
     chain GRADE studless|studlink SIZE mm [less CORROSION mm]
     wire SIZE mm, wire IWRC SIZE mm, polypropylene SIZE mm
     polyester|nylon|HMPE SIZE mm [at LOAD %], aramid SIZE mm
 
 SIZE is the nominal diameter d: the bar of a chain, the rope.  A scene that names one gets a [material.NAME] with its
-numbers, and is complete without this module; what a cable or segment gives itself counts before it.
+numbers, and no longer depends on this module; keys given in a cable or segment take precedence.
 
 - Chain.  Breaking load c d^2 (44 - 0.08 d) kN, d in mm: IACS UR W22 and DNVGL-OS-E302 (offshore, R3 to R5), IACS UR W18
   (ships, grades 1 to 3).  Mass, stiffness and the diameter of its volume: Orcina, OrcaFlex help, "Chain".  Drag on d:
@@ -76,7 +76,7 @@ DAMPING = {"chain": 5e-3, "wire": 5e-3, "wire IWRC": 5e-3} | dict.fromkeys(
 )
 MOST_LOAD = 60.0  # per cent of the breaking load, mean
 SIZES = 5.0, 250.0  # mm
-#: Sizes that are made [mm]: bars of chains (ISO 1704, IACS UR W22), ropes (ISO 2307 and above it steps of 8).
+#: Available sizes [mm]: bars of chains (ISO 1704, IACS UR W22), ropes (ISO 2307 and above it steps of 8).
 CHAIN_SIZES = (
     *(11, 12.5, 14, 16, 17.5, 19, 20.5, *range(22, 71, 2), 73, 76, 78, 81, 84, 87, 90, 92, 95, 97, 100, 102, 105, 107),
     *(111, 114, 117, 120, 122, 124, 127, 130, 132, 137, 142, 147, 152, 157, 162, 165, 168, 171, 175, 178, 180, 185),
@@ -95,9 +95,9 @@ FORMS = (
 
 
 def material(name: str) -> dict[str, Any] | None:
-    """The keys of a [material.NAME] that a name stands for, `source` with them; None: it stands for none.
+    """The keys of [material.NAME] for a library name, with `source`; None if it is not a library name.
 
-    Raises InputError for a size or a grade that there is not.
+    Raises InputError for an unavailable size or grade.
     """
     if not name.startswith(_WORDS):
         return None
@@ -127,7 +127,7 @@ def resized(name: str, size: float) -> str:
 
 
 def sizes_made(name: str) -> tuple[float, ...]:
-    """Sizes in which a library material is made [mm]."""
+    """Available sizes of a library material [mm]."""
     return CHAIN_SIZES if name.startswith("chain ") else ROPE_SIZES
 
 
@@ -187,13 +187,13 @@ def _chosen(kind: str) -> str:
 
 
 def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
-    """The dict of a scene with a [material.NAME] for every material that a cable or segment takes from the library, or
-    from the file of the key `library`, which goes.  parse: of TOML.  Raises InputError."""
+    """The dict of a scene with a [material.NAME] for every library material of a cable or segment.
+    Also for those in the file of the key `library`, which is removed.  parse: of TOML.  Raises InputError."""
     own = _own(data["library"], parse) if data.get("library") is not None else {}
     found = {name: value for name, value in data.items() if name != "library"}
     materials = found.get("material") or {}
     if not isinstance(materials, dict):
-        return found  # no scene: validation refuses it
+        return found  # invalid: validation rejects it
     known = dict(materials)
 
     def named(table: Any, path: str) -> Any:
@@ -233,7 +233,7 @@ def _with_body(segment: Any, path: str) -> Any:
 
 
 def _at(path: str, make: Callable[[Any], Any], given: Any) -> Any:
-    """Do it; a sentence about a key begins with its path."""
+    """Call it; prefixes error messages about a key with its path."""
     try:
         return make(given)
     except InputError as error:
@@ -241,7 +241,7 @@ def _at(path: str, make: Callable[[Any], Any], given: Any) -> Any:
 
 
 def _own(library: Any, parse: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
-    """Materials of a file: a table of keys by each name, which may be any text."""
+    """Materials of a file: a table of keys for each name, which may be any text."""
     if not isinstance(library, str | Path | Named):
         raise InputError(f"library = {library!r}: must be the name of a TOML file.")
     try:

@@ -21,7 +21,7 @@ def _place(value: Any) -> Any:
 
 Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
 
-#: Keys of a cable that its segments share, and those of its length.
+#: Keys of a cable shared by its segments, and keys of its length.
 SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
 SIZE = ("length", "elements", "grading", "winch")
 #: Keys of the material of a piece of line.
@@ -29,7 +29,7 @@ PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *S
 
 
 def _absent(model: type[Section], names: Iterable[str]) -> dict[str, Any]:
-    """Keys of a section as keys that may be absent: fields for create_model."""
+    """Keys of a section as optional fields for create_model."""
     found = {}
     for name in names:
         info = model.model_fields[name]
@@ -56,7 +56,7 @@ class Sinker(Body):
     place: Vector
 
 
-#: Tables whose keys are those of Cable, and of Top for a joint.
+#: Base tables with the keys of Cable, and of Top for a joint.
 _Material: Any = create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))
 
 
@@ -92,7 +92,7 @@ _From: Any = create_model("_From", __base__=_Piece, **(_absent(Cable, Cable.mode
 class Line(_From):  # type: ignore[misc]  # pydantic makes its base
     """A cable: what it is made of, its finite elements, and what it hangs together with."""
 
-    resolved: ClassVar = Cable  #: whose defaults hold where a key is absent
+    resolved: ClassVar = Cable  #: its defaults hold where a key is absent
     anchor: Vector | None = key("anchor position (s = 0); absent: [0, 0, -depth]", "m", default=None)
     top: Top | None = None
     name: Name | None = key("name of the cable; required if there are several", default=None)
@@ -141,7 +141,7 @@ class Joint(_Joint):  # type: ignore[misc]  # pydantic makes its base
 
     @property
     def held(self) -> Top | None:
-        """Boundary condition of a joint with a position; None: it is free."""
+        """Boundary condition of a joint with a position; None if it is free."""
         if self.position is None:
             return None
         given = {name: value for name in Top.model_fields if (value := getattr(self, name, None)) is not None}

@@ -1,8 +1,8 @@
-"""Files that a scene names.
+"""Files named by a scene.
 
-A scene may come from a stranger.  What its file names lies below the folder of that file and is only read: no absolute
-path, no "..", no link that leads out, and no reference from inside a mesh to anywhere else.  On the command line and in
-Python, where the user himself writes the name, any path may be given.
+A scene may come from an untrusted source.  Files that it names must lie below its own folder and are only read: no
+absolute paths, no "..", no links that lead out, and no references from inside a mesh to other places.  On the command
+line and in Python, where the user gives the name, any path is allowed.
 """
 
 import itertools
@@ -14,13 +14,13 @@ from xml.etree import ElementTree
 
 from ..meshes import read_nodes
 
-#: Formats of which it is known what they can refer to.
+#: Formats with known kinds of references to other files.
 FORMATS = (".vtu", ".vtk", ".msh", ".mesh", ".xdmf", ".xmf")
 
 
 @dataclass(frozen=True)
 class Named:
-    """A file as a scene in a folder names it."""
+    """A file named by a scene in a folder."""
 
     folder: Path
     name: str
@@ -30,8 +30,8 @@ class Named:
 
 
 def element_lengths(value: Any) -> Any:
-    """The name of a line mesh as [[length, 1], ...] of its elements, so that a scene is complete without the file; what
-    else `cable.elements` may be, as it is.  Raises ValueError."""
+    """Replace the name of a line mesh by [[length, 1], ...] of its elements, so that a scene does not need the file.
+    Other values of `cable.elements` are unchanged.  Raises ValueError."""
     if isinstance(value, Named):
         value = inside(value.folder, value.name)
         if value.suffix.lower() not in FORMATS:
@@ -47,14 +47,14 @@ def element_lengths(value: Any) -> Any:
 
 
 def inside(folder: Path, name: str) -> Path:
-    """The file that a relative name means; raises ValueError if it lies, or a link leads, outside the folder."""
+    """The file of a relative name; raises ValueError if it lies, or a link leads, outside the folder."""
     parts = PurePosixPath(name).parts
     if "\0" in name or ".." in parts or PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
         raise ValueError("must be a path below the folder of the scene, without '..'")
     try:
         path = (Path(folder) / name).resolve()
         found = path.is_file()
-    except (OSError, RuntimeError):  # a name that is too long, links in a circle
+    except (OSError, RuntimeError):  # name too long, circular links
         raise ValueError("file not found") from None
     if not path.is_relative_to(Path(folder).resolve()):
         raise ValueError("must not be a link that leaves the folder of the scene")
@@ -64,7 +64,7 @@ def inside(folder: Path, name: str) -> Path:
 
 
 def _check_xdmf(path: Path) -> None:
-    """Raises ValueError unless all that it refers to lies below its folder."""
+    """Raise ValueError unless everything that it refers to lies below its folder."""
     text = path.read_bytes()
     if b"<!DOCTYPE" in text or b"<!ENTITY" in text or b"\0" in text:
         raise ValueError("must not declare a document type or entities")
@@ -83,19 +83,19 @@ def _check_xdmf(path: Path) -> None:
 
 
 def check_netcdf(path: Path) -> None:
-    """As `check_hdf5`, of a netCDF file, which may be of an older format: those have no links."""
+    """As `check_hdf5` for a netCDF file, which may have an older format without links."""
     with path.open("rb") as file:
         if file.read(4) == b"\x89HDF":
             check_hdf5(path)
 
 
 def check_hdf5(path: Path) -> None:
-    """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
+    """Raise ValueError if links, or the data of a data set, lead to another file."""
     import h5py
 
     try:
         with h5py.File(path, "r") as file:
-            # each object once, and through no link; an error that held one of them would outlive HDF5, which dies of it
+            # each object once, not through links; an error holding an object would outlive HDF5 and crash it
             elsewhere = _elsewhere(file) or file.visititems(lambda _, found: _elsewhere(found))
     except (OSError, RuntimeError) as error:
         raise ValueError(f"its HDF5 file cannot be read ({error})") from None
@@ -104,7 +104,7 @@ def check_hdf5(path: Path) -> None:
 
 
 def _elsewhere(found: Any) -> str | None:
-    """Contents of an object of an HDF5 file that lie in another file, in words; None: there are none."""
+    """Contents of an HDF5 object that lie in another file, in words; None if there are none."""
     import h5py
 
     if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):

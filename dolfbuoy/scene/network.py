@@ -1,4 +1,4 @@
-"""Topology of a scene: pieces of line between ends, joints and buoys, resolved once from its tables.
+"""Topology of a scene: pieces of line between ends, joints and buoys, resolved from its tables.
 
 A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
 """
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from .sections import Scene
     from .take_off import TakeOff
 
-#: Sections that belong to one buoy: they stand in its table, or on top of a scene that has only one.
+#: Sections of a single buoy: in its table, or at top level of a scene with only one.
 OWN = ("wind", "external_force", "initial")
 
 
 @dataclass(frozen=True)
 class End:
-    """Attachment of an end of a piece of line; clamp: its direction, None where it is pinned.
+    """Attachment of an end of a piece of line; clamp: its direction, None if pinned.
 
     kind: "fixed", "prescribed", "free" (`top`: where, or the force on it), "joint" (a free one, or a sinker that may be
     dragged) or "buoy" (at the named fairlead, None: on its axis).  name: of the joint, held or free, of the buoy, or
@@ -45,7 +45,7 @@ class End:
 
     @property
     def is_on_sinker(self) -> bool:
-        """True for the end of a line on a sinker that may be dragged; `top` is then its place at rest."""
+        """True for the end of a line on a sinker that may drag; `top` is then its position at rest."""
         return self.kind == "joint" and self.top is not None
 
     @property
@@ -65,7 +65,7 @@ class Piece:
 
     @property
     def is_bar(self) -> bool:
-        """True for an element from one point of a buoy to another, which keep it straight."""
+        """True for an element between two points of a buoy, which keep it straight."""
         low, high = self.ends
         of_one = low.kind == high.kind == "buoy" and low.name == high.name
         return of_one and self.section.elements == self.section.position_degree == 1
@@ -73,7 +73,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Device:
-    """A power take-off between two ends, which are held, at a free joint or on a buoy."""
+    """A power take-off between two ends, each held, at a free joint or on a buoy."""
 
     section: "TakeOff"
     ends: tuple[End, End]
@@ -90,9 +90,9 @@ class Network:
     joints: dict[str, Top | None] = field(default_factory=dict)
     bodies: dict[str, Body] = field(default_factory=dict)
     buoys: dict[str, Buoy] = field(default_factory=dict)
-    #: Joints through which lines that bend go on without a kink.
+    #: Joints through which bending lines continue without a kink.
     welds: frozenset[str] = frozenset()
-    #: Power take-offs by their names.
+    #: Power take-offs by name.
     take_offs: dict[str, Device] = field(default_factory=dict)
 
     @cached_property
@@ -102,7 +102,7 @@ class Network:
 
     @cached_property
     def winches(self) -> dict[str, int]:
-        """Names of pieces whose unstretched length changes over time -> their numbers."""
+        """Name -> number of pieces whose unstretched length changes over time."""
         return {self.name_of(k): k for k, piece in enumerate(self.pieces) if piece.section.winch is not None}
 
     @cached_property
@@ -136,12 +136,12 @@ class Network:
         return self._spans[cable][0]
 
     def ends_of(self, cable: int) -> tuple[str, str]:
-        """Names of the ends of a cable, `from` and `to`, in a sentence: of what they hang on, if that has a name."""
+        """Names of the ends of a cable in sentences, `from` and `to`: those of their attachments, if named."""
         low, high = self.pieces[self.first_of(cable)].ends[0], self.pieces[self.last_of(cable)].ends[1]
         return _called(low) or "the anchor", _called(high) or "the top"
 
     def meetings(self) -> dict[str, list[tuple[int, int]]]:
-        """Name of a free joint -> [(piece, end)] of all that meet there."""
+        """Name of a free joint -> [(piece, end)] of all pieces that meet there."""
         found: dict[str, list[tuple[int, int]]] = {}
         for k, piece in enumerate(self.pieces):
             for i, end in enumerate(piece.ends):
@@ -150,7 +150,7 @@ class Network:
         return found
 
     def parts(self) -> dict[str | int, set[str | int]]:
-        """Number of a cable, or name of a joint or a buoy -> all of those that hang together with it."""
+        """Number of a cable, or name of a joint or buoy -> all that are connected with it."""
         found: dict[str | int, set[str | int]] = {name: {name} for name in [*self.joints, *self.buoys]}
         for piece in self.pieces:
             _join(found, {piece.cable, *(end.name for end in piece.ends if end.name is not None)})
@@ -159,20 +159,20 @@ class Network:
         return found
 
     def key_of(self, cable: int) -> str:
-        """Key of the table of a cable: "cable" of the only one, else "cable.NAME"."""
+        """Key of the table of a cable: "cable" for the only one, else "cable.NAME"."""
         return _key_of("cable", self.cables, self.cables[cable])
 
     def bars_of(self, buoy: str) -> list[int]:
-        """Cables that are bars between two points of a buoy, and move with it."""
+        """Cables that are bars between two points of a buoy and move with it."""
         return [piece.cable for piece in self.pieces if piece.is_bar and piece.ends[0].name == buoy]
 
     def key_of_buoy(self, name: str) -> str:
-        """Key of the table of a buoy: "buoy" of the only one, else "buoy.NAME"."""
+        """Key of the table of a buoy: "buoy" for the only one, else "buoy.NAME"."""
         return _key_of("buoy", self.buoys, name)
 
 
 def _join(found: dict[str | int, set[str | int]], names: set[str | int]) -> None:
-    """Let parts that hang together with these names be one."""
+    """Merge the groups of parts connected with these names."""
     joined = set().union(names, *(found.get(name, set()) for name in names))
     found |= dict.fromkeys(joined, joined)
 
@@ -190,7 +190,7 @@ def _fixed(position: tuple[float, float, float]) -> End:
 
 
 def named(sections: Sequence[Any], what: str) -> dict[str, Any]:
-    """Sections by name, `what` alone if it is one without a name.  Raises Missing, or Wrong for a name given twice."""
+    """Sections by name; `what` for a single one without.  Raises Missing, or Wrong for a name given twice."""
     found = {}
     for section in sections:
         name = getattr(section, "name", None) or (what if len(sections) == 1 else None)
@@ -244,7 +244,7 @@ class _Resolver:
                 raise Wrong(
                     f"{key}.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out"
                 )
-        # each buoy with its own wind, external force and start; those of the scene serve the only one
+        # each buoy has its own wind, external force and start; a single one takes those of the scene
         buoys, alone, start = {}, len(self.buoys) == 1, type(self.scene.initial).model_construct()
         for name, buoy in self.buoys.items():
             own = {key: getattr(buoy, key) or (getattr(self.scene, key) if alone else None) for key in OWN}
@@ -254,7 +254,7 @@ class _Resolver:
         return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys, welds, take_offs)
 
     def _device(self, name: str, section: "TakeOff") -> Device:
-        """A take-off with its ends; a joint of its own does not count as one that holds a cable."""
+        """A take-off with its ends; its own joint does not count as holding a cable."""
         key, used = "take_off" if len(self.scene.take_offs) == 1 else f"take_off.{name}", self.used.copy()
         ends = self._end(getattr(section, "from"), f"{key}.from"), self._end(section.to, f"{key}.to")
         self.used = used | {end.name.partition(".")[0] for end in ends if end.name and end.name not in self.joints}
@@ -266,7 +266,7 @@ class _Resolver:
         return Device(section, ends)
 
     def _clamp(self, place: Any, given: EndDirection | None, key: str) -> EndDirection | None:
-        """Direction of an end at a place."""
+        """Clamped direction of an end at an attachment."""
         name = place.partition(".")[0] if isinstance(place, str) else ""
         if given is not None and given.motion is not None and (name in self.vessels or name in {"buoy", *self.buoys}):
             raise Wrong(f"{key}.motion", "[...]", f"does not go with {name}, which turns the end: give a direction")
@@ -276,7 +276,7 @@ class _Resolver:
         return _key_of("cable", self.cables, cable)
 
     def _chain(self, number: int, name: str, line: Line, sections: list[Cable], ends: tuple[End, End]) -> list[Piece]:
-        """Pieces of a cable, with a free joint between each two."""
+        """Pieces of a cable, with a free joint between neighbours."""
         bodies = [segment.body for segment in line.segments or []]
         if bodies and bodies[-1] is not None:
             place = f"{self._key(name)}.segments.{len(bodies) - 1}.body"
@@ -336,7 +336,7 @@ def _numbers(body: Body) -> list[float]:
 
 
 def attached_ends(network: Network) -> list[tuple[int, int]]:
-    """(piece, end: 0 at s = 0, 1 at s = L) of all ends on buoys, buoy after buoy."""
+    """(piece, end: 0 at s = 0, 1 at s = L) of all ends on buoys, buoy by buoy."""
     found: dict[str | None, list[tuple[int, int]]] = {name: [] for name in network.buoys}
     for k, piece in enumerate(network.pieces):
         for i in (1, 0):

@@ -1,4 +1,4 @@
-"""Refusals of scenes that are no network: parts that nothing holds, lines without length, directions of nothing."""
+"""Checks of the network of a scene: unheld parts, lines without length, misplaced directions."""
 
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def check_network(scene: "Scene") -> None:
-    """Refuse what is no network: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
+    """Raise Wrong or Missing for an invalid network, such as unheld parts or lines without length."""
     network = scene.network
     for piece in network.pieces:
         key, section = network.key_of(piece.cable), piece.section
@@ -43,7 +43,7 @@ def check_network(scene: "Scene") -> None:
 
 
 def _check_bending(network: Network) -> None:
-    """Directions belong to ends of lines that bend, which have something to hold them; welds to two such lines."""
+    """Check directions, which need held ends of bending lines, and welds, which need two such lines."""
     for piece in network.pieces:
         for name, end in zip(("from_end", "to_end"), piece.ends, strict=True):
             key = f"{network.key_of(piece.cable)}.{name}.direction"
@@ -67,7 +67,7 @@ def _check_bending(network: Network) -> None:
 
 
 def _check_parting(network: Network) -> None:
-    """A cable parts where it is, a segment with a rule of its own there."""
+    """Check failure rules of cables and segments."""
     lengths: dict[tuple[int, FailsAt | None], float] = {}
     for piece in network.pieces:
         place = piece.cable, piece.section.fails_at
@@ -79,7 +79,7 @@ def _check_parting(network: Network) -> None:
 
 
 def _check_held(network: Network) -> None:
-    """Every part needs an end that is held."""
+    """Check that every connected part has a held end."""
     parts = network.parts()
     held: set[str | int] = {name for name, top in network.joints.items() if top is not None}
     held |= {piece.cable for piece in network.pieces if any(end.held or end.is_on_sinker for end in piece.ends)}

@@ -1,8 +1,8 @@
 """PETSc options that a scene may set: a short list of numbers, words and switches.
 
-PETSc's own options can run code (`pc_type = python`) and write files (`snes_view = ascii:FILE`), and a scene is data
-from a stranger.  So an option is passed on only if it stands here, with a value of the kind that stands here, and only
-if it means something to the solvers that the others choose.  Monitors print to the screen and nowhere else.
+PETSc's own options can run code (`pc_type = python`) and write files (`snes_view = ascii:FILE`), and a scene may be
+untrusted data.  So an option is passed on only if it is listed here, with a value of the listed kind, and only if it
+matters to the solvers chosen by the other options.  Monitors print to the screen only.
 """
 
 import math
@@ -63,7 +63,7 @@ ALLOWED: dict[str, Number | tuple[str, ...] | str] = {
     **_WITHIN,
     "mat_mumps_icntl_14": Number(0, 10_000),
 }
-#: Beginning of an option's name -> the option that must have one of these values (its default first) to give it sense.
+#: Prefix of an option's name -> option that must have one of these values (its default first) for it to matter.
 NEEDS = {
     "ksp_gmres_": ("ksp_type", "richardson", ("gmres", "fgmres")),
     "pc_factor_levels": ("pc_type", "lu", ("ilu",)),
@@ -80,7 +80,7 @@ NEEDS = {
 
 
 def checked(options: dict[str, Any]) -> dict[str, Any]:
-    """The options as they may be handed to PETSc.  Raises ValueError with key, value and what is allowed."""
+    """The options in a form for PETSc.  Raises ValueError with key, value and what is allowed."""
     for key, value in options.items():
         if key not in ALLOWED:
             raise Wrong(key, value, f"is no option that a scene may set; allowed are {', '.join(ALLOWED)}")

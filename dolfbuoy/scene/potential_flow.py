@@ -1,6 +1,6 @@
-"""Coefficients of potential flow of a hull of revolution, which a scene keeps in place of the file that it names.
+"""Potential-flow coefficients of a hull of revolution, which replace the file named by a scene.
 
-The file is a netCDF file of Capytaine over omega, also of what Capytaine converts from WAMIT and Nemoh: added_mass,
+The file is a netCDF file of Capytaine over omega, also converted by Capytaine from WAMIT or Nemoh: added_mass,
 radiation_damping, and excitation_force, or diffraction_force and Froude_Krylov_force, complex numbers along a dimension
 `complex` of real and imaginary part.  Motions are Re[X exp(-i omega t)] in waves eta = Re[exp(i (k x - omega t))].
 """
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 DOFS = ("Surge", "Heave", "Pitch")
 WHOLE, UNDISTURBED, DIFFRACTED = "excitation_force", "Froude_Krylov_force", "diffraction_force"
-#: Of (1, surge, heave, pitch), which `formats.capytaine` makes.
+#: Quadratic form of (1, surge, heave, pitch) made by `formats.capytaine`.
 MEAN_DRIFT = "mean_drift"
-#: Fewest frequencies of which a memory can be made; part of the largest damping that one below zero may have.
+#: Fewest frequencies for a radiation memory; largest negative damping, as a fraction of the largest damping.
 FEWEST, BELOW_ZERO = 12, 0.05
 #: Part of the damping of surge, turned into another motion by their added masses, that counts as none.
 NOTHING = 0.05
@@ -79,10 +79,10 @@ class PotentialFlow(Section):
         at_once, largest = self.added_mass_infinite, max(row[0] for row in self.damping)
         for place, dof in enumerate(DOFS):
             column = [row[place] for row in self.damping]
-            like_surge = largest * abs(at_once[place] / (at_once[0] or 1.0))  # pitch may radiate next to nothing
+            like_surge = largest * abs(at_once[place] / (at_once[0] or 1.0))  # pitch may hardly radiate
             rounding = (
                 ROUNDING * largest * (1.0 if dof != "Pitch" else (self.draft or 0.0) ** 2)
-            )  # or nothing: a sphere
+            )  # or not at all: a sphere
             if min(column) < -BELOW_ZERO * max(max(column), NOTHING * like_surge, rounding):
                 allowed = f"must not be below 0, as that of {dof.lower()} is: a hull takes no energy from still water"
                 raise Wrong("damping", "...", allowed)
@@ -90,7 +90,7 @@ class PotentialFlow(Section):
 
 
 def potential_flow_of(value: Any) -> Any:
-    """Value of `buoy.potential_flow` with the contents of a file in place of its name.  Raises ValueError."""
+    """Value of `buoy.potential_flow`, with the name of a file replaced by its contents.  Raises ValueError."""
     if not is_file(value):
         return value
     import xarray as xr
@@ -105,12 +105,12 @@ def potential_flow_of(value: Any) -> Any:
             return _read(data)
     except ValueError:
         raise
-    except Exception as error:  # netCDF4, HDF5 and xarray have errors of many kinds for a damaged file
+    except Exception as error:  # netCDF4, HDF5 and xarray raise many kinds of errors for a damaged file
         raise ValueError(f"its file must be a netCDF file of Capytaine ({str(error).rstrip('.')})") from None
 
 
 def fault_of(data: "xr.Dataset") -> str:
-    """The fault for which a scene refuses a file with these coefficients, in words; empty if there is none."""
+    """The reason why a scene rejects a file with these coefficients, in words; empty if it does not."""
     try:
         PotentialFlow.model_validate(_read(data))
     except ValidationError as error:
@@ -125,7 +125,7 @@ def fault_of(data: "xr.Dataset") -> str:
 def coefficients(data: "xr.Dataset") -> tuple[Any, ...]:
     """Added mass and damping (omega, 3, 3), excitation and its Froude-Krylov part or None (omega, 3) in waves along x.
 
-    Of surge, heave and pitch in a file of Capytaine.  Raises ValueError for what is missing.
+    For surge, heave and pitch, from a file of Capytaine.  Raises ValueError for missing data.
     """
     import numpy as np
 
@@ -150,7 +150,7 @@ def coefficients(data: "xr.Dataset") -> tuple[Any, ...]:
 
 
 def _complex(array: "xr.DataArray") -> "xr.DataArray":
-    """re + i im of what is stored along `complex`, in the order omega, wave_direction, influenced_dof."""
+    """Complex numbers of a variable along `complex`, in the order omega, wave_direction, influenced_dof."""
     return _merged(array).transpose("omega", "wave_direction", "influenced_dof")
 
 
@@ -159,7 +159,7 @@ def _merged(array: "xr.DataArray") -> "xr.DataArray":
 
 
 def _places(data: "xr.Dataset", dimension: str) -> list[int]:
-    """Places of surge, heave and pitch; Capytaine puts a body's name before those of several bodies."""
+    """Indices of surge, heave and pitch; with several bodies, Capytaine puts a body's name in front."""
     found = [str(name).split("__")[-1].lower() for name in data[dimension].values]
     missing = [dof for dof in DOFS if dof.lower() not in found]
     if missing:
@@ -211,14 +211,14 @@ def _four(matrices: Any) -> Any:
 
 
 def _six(force: Any) -> Any:
-    """Real and imaginary part of each of (omega, 3)."""
+    """Real and imaginary parts of numbers (omega, 3)."""
     import numpy as np
 
     return np.stack([force.real, force.imag], axis=-1).reshape(len(force), 6)
 
 
 def _sixteen(data: "xr.Dataset") -> Any:
-    """Hermitian 4 x 4 of the mean drift: real parts on and above the diagonal, imaginary parts of these below."""
+    """Numbers of Hermitian 4 x 4 mean-drift matrices: real parts on and above the diagonal, imaginary parts below."""
     import numpy as np
 
     form = _merged(data[MEAN_DRIFT]).transpose("omega", "drift_row", "drift_column").values
@@ -228,7 +228,7 @@ def _sixteen(data: "xr.Dataset") -> Any:
 
 
 def hermitian(rows: Any) -> Any:
-    """Complex (n, 4, 4) of rows of `mean_drift`."""
+    """Complex matrices (n, 4, 4) from rows of `mean_drift`."""
     import numpy as np
 
     numbers = np.array(rows).reshape(-1, 4, 4)

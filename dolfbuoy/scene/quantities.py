@@ -1,7 +1,7 @@
 """Types of the values of a scene.
 
-Their bounds are far beyond any buoy, cable or sea: a value outside is a slip of the pen, not a scene.  The largest
-ship has 1e9 kg, the deepest sea 1.1e4 m, the strongest mooring chain breaks at 3e7 N, a tidal current runs 5 m/s.
+Their bounds are far beyond any buoy, cable or sea: a value outside is a typing error.  The largest ship has 1e9 kg, the
+deepest sea 1.1e4 m, the strongest mooring chain breaks at 3e7 N, a tidal current runs 5 m/s.
 """
 
 import math
@@ -16,8 +16,8 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def number_of(text: str) -> float:
-    """A finite number in plain digits.  Raises ValueError for others that Python reads: 1_0, digits of other scripts,
-    nan, inf, and what is too small to be anything but 0."""
+    """A finite number in plain digits.
+    Raises ValueError for 1_0, digits of other scripts, nan, inf, and numbers that underflow to 0."""
     found = float(text) if _NUMBER.fullmatch(text.strip()) else math.nan
     if not math.isfinite(found) or (found == 0 and re.search("[1-9]", re.split("[eE]", text)[0])):
         raise ValueError(f"{text!r} is no finite number")
@@ -25,7 +25,7 @@ def number_of(text: str) -> float:
 
 
 class Wrong(ValueError):
-    """A value that does not go with the other keys of its section."""
+    """Error for a value that conflicts with other keys of its section."""
 
     def __init__(self, key: str, value: Any, allowed: str):
         super().__init__(f"{key} = {value!r}: {allowed}")
@@ -33,7 +33,7 @@ class Wrong(ValueError):
 
 
 class Missing(ValueError):
-    """A key without which the others are no scene."""
+    """Error for a key that the other keys require."""
 
     def __init__(self, key: str, why: str):
         super().__init__(f"{key}: must be given, {why}")
@@ -46,7 +46,7 @@ def is_rising(values: Sequence[float]) -> bool:
 
 
 def _at_least(low: float) -> AfterValidator:
-    """Validator: refuse a size whose square or inverse is not representable."""
+    """Validator: reject a size whose square or inverse is not representable."""
 
     def check(value: float) -> float:
         if value < low:
@@ -57,11 +57,11 @@ def _at_least(low: float) -> AfterValidator:
 
 
 def finite_numbers(count: int) -> Callable[[Any], tuple[float, ...]]:
-    """Function that makes a tuple of a list of `count` finite numbers; it raises ValueError for other values."""
+    """Function that converts a list of `count` finite numbers to a tuple; raises ValueError for other values."""
 
     def check(value: Any) -> tuple[float, ...]:
         good = isinstance(value, list | tuple) and len(value) == count
-        # below 1e300, which holds for whole numbers that no float can hold too
+        # below 1e300, also for whole numbers too large for a float
         if not good or not all(type(v) is not bool and isinstance(v, int | float) and abs(v) < 1e300 for v in value):
             raise ValueError(f"must be {count} finite numbers")
         return tuple(float(v) for v in value)
@@ -124,7 +124,7 @@ _SPREAD = re.compile(rf"(?:(normal|lognormal|uniform) +)?({_NUMBER.pattern}) *(%
 
 
 def spread_of(value: float | str) -> tuple[str, float, bool]:
-    """(distribution, standard deviation, whether it is relative) of an entry of [uncertain].  Raises ValueError."""
+    """(distribution, standard deviation, True if relative) of an entry of [uncertain].  Raises ValueError."""
     found = _SPREAD.fullmatch(str(value).strip())
     sigma = number_of(found[2]) if found else math.nan
     if not found or not 0 < sigma <= 1e10:

@@ -1,4 +1,4 @@
-"""From a name, a file or a dict to a checked scene.
+"""Reading and checking a scene from a name, a file or a dict.
 
 An unknown key, a wrong type or a value out of range is an `InputError` of one sentence that names the key, the value
 and what is allowed.
@@ -24,12 +24,12 @@ from .sentences import sentence, shown
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Name -> file of the scenes that come with dolfbuoy."""
+    """Name -> file of the scenes shipped with dolfbuoy."""
     return {file.stem: file for file in sorted((Path(__file__).parents[1] / "scenes").glob("*.toml"))}
 
 
 def recommended(name: str) -> dict[str, Any]:
-    """Scheme and step with which a scene like this shipped one begins well, as overrides; none of other scenes."""
+    """Recommended scheme and step for scenes like this shipped one, as overrides; empty for other scenes."""
     if name not in shipped_scenes():
         return {}
     steps = json.loads((Path(__file__).parents[1] / "scenes" / "steps.json").read_text())  # first_steps.py made it
@@ -51,7 +51,7 @@ def build_scene(data: dict[str, Any], overrides: dict[str, Any] | None = None) -
 
 
 def kept_scene(text: str) -> Scene:
-    """The scene that a record or a checkpoint carries: complete, so that it names no file.  Raises InputError."""
+    """The scene in a record or a checkpoint: complete, so that it names no file.  Raises InputError."""
     try:
         return build_scene(with_files(parse(text), Path(os.devnull)))  # below which there is none
     except (TypeError, ValueError) as error:
@@ -59,9 +59,9 @@ def kept_scene(text: str) -> Scene:
 
 
 def varied(scene: Scene, changes: dict[str, Any]) -> Scene:
-    """As `build_scene(scene.to_dict(), changes)`, but sections that do not change are not read again.
+    """As `build_scene(scene.to_dict(), changes)`, but unchanged sections are not read again.
 
-    So a long table in one of them costs nothing, and ten thousand variants are checked in a second.
+    Long tables in them cost nothing, and ten thousand variants are checked in a second.
     """
     touched = {key.replace("__", ".").partition(".")[0] for key in changes}
     kept = {name: getattr(scene, name) for name in type(scene).model_fields if name not in touched}
@@ -78,9 +78,9 @@ def _validated(data: dict[str, Any]) -> Scene:
 def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
     """A deep copy of a dict of sections (or of a section's keys) with changes.
 
-    A key with dots or double underscores leads into sections (`time__end=5`); a dict is merged into the section that is
-    there (`time={"end": 5}`), None removes.  Raises InputError where a key leads into what is no section, and for one
-    to be removed that is neither there nor a key of a scene.
+    A key with dots or double underscores addresses sections (`time__end=5`); a dict is merged into the existing section
+    (`time={"end": 5}`), None removes.  Raises InputError if a key leads into something other than a section, or if a
+    key to be removed is neither present nor a key of a scene.
     """
     result = {name: _alone(value) if name in SEVERAL else value for name, value in copy.deepcopy(data).items()}
     for key, value in changes.items():
@@ -92,7 +92,7 @@ def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
 
 
 def names_in(key: str, data: dict[str, Any]) -> list[str]:
-    """The names in a dotted key; without that of the only cable or buoy of the sections, which may also be counted."""
+    """The names in a dotted key, without the name or index of an only cable or buoy."""
     names = key.replace("__", ".").split(".")
     table = data.get(names[0]) if names[0] in SEVERAL else None
     if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
@@ -101,7 +101,7 @@ def names_in(key: str, data: dict[str, Any]) -> list[str]:
 
 
 def _alone(value: Any) -> Any:
-    """The table of a list of one."""
+    """The table in a list of one."""
     return value[0] if _is_list_of_tables(value) and len(value) == 1 else value
 
 
@@ -110,7 +110,7 @@ NO_TABLE = "there is none of this name, but"
 
 
 def _merge(data: dict[str, Any], keys: list[str], value: Any, above: tuple[str, ...] = ()) -> dict[str, Any]:
-    """`data`, which has the keys `above` it, with `value` under the nested `keys`."""
+    """`data`, found under the keys `above`, with `value` set under the nested `keys`."""
     head, rest = keys[0], keys[1:]
     old = data.get(head)
     if rest and isinstance(old, list) and _is_list_of_tables(old):
@@ -133,7 +133,7 @@ def _is_list_of_tables(value: Any) -> bool:
 
 
 def _merge_into_list(tables: list[Any], keys: list[str], value: Any, above: tuple[str, ...]) -> list[Any]:
-    """The tables with `value` under keys[1:] of the one that keys[0] names, or counts from 0 if they have no names."""
+    """The tables with `value` under keys[1:] of the one with name keys[0] (or index from 0, if unnamed)."""
     names = [str(table.get("name", number)) for number, table in enumerate(tables)]
     if keys[0] not in names:
         raise InputError(f"{'.'.join([*above, keys[0]])}: {NO_TABLE} {', '.join(names)}.")
@@ -168,14 +168,14 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 
 DEEPEST = 30  # lists and tables within each other
-MOST_BYTES = 10_000_000  # of a scene file: more than any that `quantities` lets through, and some seconds of tomllib's
-#: A dotted key of more names, of whose number the time of tomllib is the square; no word or blank is read twice.
+MOST_BYTES = 10_000_000  # of a scene file: more than `quantities` allows, and some seconds of tomllib
+#: A dotted key of more names than allowed, as tomllib's time is quadratic in them; scans each character once.
 _NAME = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse(text: str) -> dict[str, Any]:
-    """TOML; raises ValueError for whatever tomllib finds wrong, and before it what would keep it busy for long."""
+    """Parse TOML; raises ValueError for errors of tomllib, and beforehand for input that would take it too long."""
     deep = ValueError(f"lists or tables are nested more than {DEEPEST} deep")
     if _DEEP_KEY.search(text):
         raise deep
@@ -203,7 +203,7 @@ def _read(scene: str | Path | dict[str, Any] | Scene) -> dict[str, Any]:
     try:
         if not path.is_file():
             with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-                path.stat()  # raises what else is wrong, which is_file ignores from Python 3.14 on
+                path.stat()  # raises other errors, which is_file ignores from Python 3.14 on
             raise InputError(f"SCENE = '{scene}': is neither a file nor a shipped scene ({', '.join(shipped)}).")
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
@@ -219,7 +219,7 @@ def _read(scene: str | Path | dict[str, Any] | Scene) -> dict[str, Any]:
         raise InputError(f"Scene file {path} is not valid TOML: {str(error).rstrip('.')}.") from None
 
 
-#: Keys whose text is the name of a file.
+#: Keys whose values may name a file.
 FILES = frozenset(
     {
         "cable.elements",
@@ -247,7 +247,7 @@ FILES = frozenset(
 
 
 def with_files(data: Any, folder: Path, key: str = "") -> Any:
-    """The contents of a scene file in which names of files come with the folder of the scene; lists of tables too."""
+    """The contents of a scene file with names of files marked with the scene's folder, also in lists of tables."""
     if isinstance(data, dict):
         return {name: with_files(value, folder, f"{key}.{name}" if key else name) for name, value in data.items()}
     if isinstance(data, list):

@@ -1,8 +1,8 @@
-"""The scene language for editors: a JSON Schema (draft 2020-12) made from the models in `sections`, and a scene as a
-commented file: the keys that it gives, and all others as comments, each with what it means.
+"""The scene language for editors: a JSON Schema (draft 2020-12) from the models in `sections`, and commented scenes.
+A commented scene has its own keys, and all others as comments, each with its meaning.
 
-A scene names the schema in its first line, `#:schema schema.json`, where editors with TOML support look for it.  What
-several keys must be together is not in it; `dolfbuoy check` refuses what does not fit.
+A scene names the schema in its first line, `#:schema schema.json`, where editors with TOML support look for it.
+It does not cover constraints between keys, which `dolfbuoy check` tests.
 """
 
 import json
@@ -53,7 +53,7 @@ def schema() -> dict[str, Any]:
 
 
 def as_text() -> str:
-    """The schema as text of its file."""
+    """The schema as the text of its file."""
     return json.dumps(schema(), indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
@@ -66,7 +66,7 @@ def _option(allowed: Number | tuple[str, ...] | str) -> dict[str, Any]:
 
 
 def _tidy(node: Any) -> Any:
-    """Without what TOML does not have (null) and JSON does not have (inf); units in the descriptions."""
+    """Remove null, which TOML lacks, and inf, which JSON lacks; add units to descriptions."""
     if isinstance(node, list):
         return [_tidy(item) for item in node]
     if not isinstance(node, dict):
@@ -85,18 +85,18 @@ def _tidy(node: Any) -> Any:
 
 
 def _needless(name: str, value: Any) -> bool:
-    """Titles that pydantic makes of names; defaults that are no value of TOML, or a whole section."""
+    """Items to remove: pydantic's titles from names, and defaults that are not TOML values, or whole sections."""
     if name == "title":
         return isinstance(value, str)
     bad = value is None or isinstance(value, dict) or (isinstance(value, float) and not math.isfinite(value))
     return name == "default" and bad
 
 
-_COLUMN = 40  # where comments begin
+_COLUMN = 40  # column of comments
 
 
 def commented(scene: Scene, schema: str) -> str:
-    """TOML text that reads as the same scene; schema: where editors find that of the language."""
+    """TOML text of the same scene; schema: path of the language's schema for editors."""
     rows = {row.name: row for row in list_keys()}
     head = [
         f"#:schema {schema}",
@@ -147,13 +147,13 @@ def _table(
 
 
 def _given(item: dict[str, Any], rows: dict[str, Key], prefix: str) -> list[str]:
-    """Lines of a table of a list: what it gives, each with its meaning."""
+    """Lines of a table of a list: the keys given, with their meanings."""
     return [line for name, value in item.items() for line in _key(name, rows.get(prefix + name), value)]
 
 
 def _key(name: str, row: Key | None, value: Any) -> list[str]:
     """Lines of a key with its value, or without one as a comment with its default."""
-    if row is None:  # a table of its own, which has no meaning but that of its keys
+    if row is None:  # a table of its own, with no meaning beyond that of its keys
         return [f"{name} = {in_toml(value)}"]
     if value is None:
         start = f"# {name} = {'' if row.default == 'required' else row.default}".rstrip()

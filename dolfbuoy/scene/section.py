@@ -15,14 +15,14 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True, defer_build=True)
 
     def refuse(self, names: Iterable[str], allowed: str) -> None:
-        """Raise Wrong for the first of these keys that is given another value than its default."""
+        """Raise Wrong for the first of these keys with a value other than its default."""
         for name in names:
             if (value := getattr(self, name)) != type(self).model_fields[name].default:
                 raise Wrong(name, value, allowed)
 
 
 def sections_in(annotation: Any) -> list[type[Section]]:
-    """The sections that the type of a key holds: alone, optional, in a list, or one of several forms."""
+    """The sections in the type of a key: alone, optional, in a list, or one of several forms."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
     return list(dict.fromkeys(section for part in get_args(annotation) for section in sections_in(part)))
@@ -34,7 +34,7 @@ def holds_several(annotation: Any, kind: type = dict) -> bool:
 
 
 def unit_of(info: FieldInfo) -> str:
-    """Unit of a key, empty if it is no number."""
+    """Unit of a key; empty if it is not a number."""
     return str(info.json_schema_extra.get("unit", "")) if isinstance(info.json_schema_extra, dict) else ""
 
 

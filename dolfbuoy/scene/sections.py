@@ -1,6 +1,6 @@
 """Sections of a scene, typed and bounded.
 
-A section that is missing is an effect that is off.  SI units; degrees only where the key says so.
+A missing section switches its effect off.  SI units; degrees only where the key's name says so.
 """
 
 from functools import cached_property
@@ -138,7 +138,7 @@ class Initial(BuoyStart):
 
 
 MOST_STEPS = 1e9
-#: Time schemes, and their names in a sentence; what they do is in motion/schemes.py.
+#: Time schemes, and their names in sentences; implemented in motion/schemes.py.
 SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alpha": "generalized-alpha"}
 
 
@@ -235,7 +235,7 @@ class Solver(Section):
 
 
 def _as_list(value: Any) -> list[Any]:
-    """One table is a list of one."""
+    """Convert a single table to a list of one."""
     if isinstance(value, dict | Section):
         return [value]
     if not isinstance(value, list) or not value:
@@ -247,7 +247,7 @@ Cables = Annotated[list[Line], BeforeValidator(_as_list)]
 Buoys = Annotated[list[Buoy], BeforeValidator(_as_list)]
 Anchors = Annotated[list[Anchor], BeforeValidator(_as_list)]
 TakeOffs = Annotated[list[TakeOff], BeforeValidator(_as_list)]
-#: Tables of which a scene may have several, and of which one alone is spelled [cable] too.
+#: Tables of which a scene may have several; a single one may also be written as [cable].
 SEVERAL = ("cable", "buoy", "anchor", "take_off")
 
 
@@ -273,7 +273,7 @@ class Scene(Section):
     wind: Wind | None = None
     external_force: ExternalForce | None = None
     seabed: Seabed | None = None
-    initial: Initial = Initial.model_construct()  # as Initial(), for which pydantic would build a validator
+    initial: Initial = Initial.model_construct()  # same as Initial(), for which pydantic would build a validator
     time: Time | None = None
     accuracy: Accuracy | None = None
     uncertain: q.Spreads | None = key(
@@ -327,7 +327,7 @@ class Scene(Section):
         check_fatigue(self)
         slack = {piece.section.slack for piece in self.network.pieces} - {"compressive"}
         if slack and self.time and self.time.scheme == "generalized-alpha" and self.time.spectral_radius > 0:
-            # it keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap
+            # it stores an acceleration, which an impact invalidates: it gains energy from every snap
             allowed = f"with generalized-alpha needs time.spectral_radius = 0, not {self.time.spectral_radius}: "
             raise Wrong("cable.slack", slack.pop(), f"{allowed}others gain energy whenever the cable snaps taut")
         if self.waves is not None and self.waves.theory == "stream" and any(buoy.disk_averages for buoy in self.buoys):
@@ -368,14 +368,14 @@ class Scene(Section):
         return self.to_dict() == other.to_dict() if isinstance(other, Scene) else NotImplemented
 
     def to_dict(self, sections: set[str] | None = None) -> dict[str, Any]:
-        """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
+        """All values, defaults included, that reproduce this scene, or some sections."""
         found = _without_none(self.model_dump(include=sections))
         if "cable" in found:
             found["cable"] = [self._complete(table, k) for k, table in enumerate(found["cable"])]
         return {name: value[0] if name in SEVERAL and len(value) == 1 else value for name, value in found.items()}
 
     def _complete(self, table: dict[str, Any], cable: int) -> dict[str, Any]:
-        """The table of a cable with all defaults, where neither segments nor a material stand for them."""
+        """The table of a cable with all defaults that are not overridden by segments or a material."""
         names = {*SHARED, *SIZE, *PHYSICAL}
         names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
         section = self.network.pieces[self.network.first_of(cable)].section

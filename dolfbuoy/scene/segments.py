@@ -1,4 +1,4 @@
-"""Segments of a line with all of their keys: their own, the line's, those of materials and of the library."""
+"""Segments of a line with all keys: their own, and those of the line, materials and the library."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -30,7 +30,7 @@ def sections_of(line: Line, materials: Mapping[str, Material], key: str) -> list
 
 
 def _over(keys: dict[str, Any], nearer: dict[str, Any]) -> dict[str, Any]:
-    """Keys, and before them nearer ones; what these make inextensible has no strain that could be damped."""
+    """Keys overridden by more specific ones; if these make a piece inextensible, its damping is dropped."""
     if math.isinf(nearer.get("axial_stiffness", 0.0)) and "damping" not in nearer:
         keys = {name: value for name, value in keys.items() if name != "damping"}
     return keys | nearer

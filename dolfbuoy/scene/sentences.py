@@ -1,4 +1,4 @@
-"""Errors that pydantic finds in a scene, as one sentence."""
+"""Errors found by pydantic in a scene, as a single sentence."""
 
 from collections.abc import Iterable
 from typing import Any, TypeVar
@@ -11,7 +11,7 @@ from .quantities import Missing, Wrong
 from .section import Section, sections_in
 from .sections import SEVERAL, Scene
 
-#: What else a key takes, where the message is only about its numbers.
+#: Other values accepted by a key, if the message is only about its numbers.
 _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
     "cable.top.phase_deg": "or one of each component",
@@ -21,13 +21,13 @@ _OR = {
 }
 S = TypeVar("S", bound=Section)
 
-#: Message for a key that no scene has.
+#: Message for an unknown key.
 UNKNOWN = "unknown key"
 _LONGEST = 200  # characters of a value
 
 
 def made(section: type[S], **keys: Any) -> S:
-    """A section of a scene from keys that stand in no file.  Raises InputError."""
+    """A section of a scene from keys that are not in a file.  Raises InputError."""
     try:
         return section(**keys)
     except ValidationError as error:
@@ -35,7 +35,7 @@ def made(section: type[S], **keys: Any) -> S:
 
 
 def sentence(error: ValidationError, data: dict[str, Any] | None = None) -> str:
-    """The first thing that is wrong, as one sentence with key, value and what is allowed; data: of the whole scene."""
+    """The first error as a sentence with key, value and what is allowed; data: of the whole scene."""
     first = error.errors()[0]
     unknown = first["type"] == "extra_forbidden"
     last = len(first["loc"]) - 1  # an unknown key may look like a tag
@@ -63,8 +63,7 @@ def sentence(error: ValidationError, data: dict[str, Any] | None = None) -> str:
 
 
 def _name_of(location: list[str], data: dict[str, Any] | None) -> list[str]:
-    """Replacement of the number of a table of which a scene may have several: nothing for the only one, else its name
-    if it has one."""
+    """Replacement of the index of a table that may occur several times: none if it is the only one, or its name."""
     tables = (data or {}).get(location[0]) if location[:1] and location[0] in SEVERAL else None
     if len(location) < 2 or not location[1].isdigit() or location[0] not in SEVERAL:
         return location[1:2]
@@ -76,10 +75,10 @@ def _name_of(location: list[str], data: dict[str, Any] | None) -> list[str]:
 
 
 def shown(value: Any) -> str:
-    """A value as text of a message: at most some lines of it."""
+    """A value as text in a message, of limited length."""
     try:
         return _short(repr(value))
-    except (RecursionError, ValueError):  # nested without end; a whole number of thousands of digits
+    except (RecursionError, ValueError):  # infinitely nested; a whole number of thousands of digits
         return f"({type(value).__name__})"
 
 
@@ -94,14 +93,14 @@ def _short(text: str) -> str:
 
 
 def _is_type_tag(part: Any) -> bool:
-    """Pydantic names the member of a union it tried; that is no key of the file."""
+    """True for the member of a union that pydantic tried, which is not a key of the file."""
     return isinstance(part, str) and (
         "[" in part or part.startswith("constrained") or part in ("int", "float", "bool", "str")
     )
 
 
 def _fields(location: Iterable[Any]) -> list[str]:
-    """Keys of the section at a location, in which pydantic names the form that it tried."""
+    """Keys of the section at a location, which may contain the form that pydantic tried."""
     model: type[Section] = Scene
     for part in location:
         info = model.model_fields.get(part)

@@ -1,4 +1,4 @@
-"""Elements and steps of a scene, what drives it, and the same scene with others."""
+"""Elements and steps of a scene, its excitation, and the scene with other settings."""
 
 import math
 from collections.abc import Sequence
@@ -13,13 +13,13 @@ from .lines import Body
 from .quantities import number_of
 from .sections import SCHEMES, Solver, Time
 
-#: Newton's tolerance of a scene that gives none.
+#: Default Newton tolerance.
 NEWTON: float = Solver.model_fields["step_tolerance"].default
 
 
 @dataclass(frozen=True)
 class Space:
-    """Degrees and number of elements; of a scene without cable all are 0."""
+    """Degrees and number of elements; all 0 for a scene without cable."""
 
     mu: int = 0
     nu: int = 0
@@ -35,7 +35,7 @@ class Space:
 
 @dataclass(frozen=True)
 class Stepping:
-    """Scheme and step, or with a tolerance the first step, and the largest if that is not the usual one.
+    """Scheme and step; with a tolerance, the first step, and the largest if it is not the default.
 
     newton: Newton's tolerance.
     """
@@ -52,7 +52,7 @@ class Stepping:
 
 
 def space_of(scene: Scene) -> Space:
-    """The scene's own elements, of a network those of all its lines, which share their degrees."""
+    """The scene's own elements, over all lines of a network, which share their degrees."""
     sections = [piece.section for piece in scene.network.pieces]
     if not sections:
         return Space()
@@ -61,10 +61,10 @@ def space_of(scene: Scene) -> Space:
 
 
 def fitting(scene: Scene, space: Space) -> Space:
-    """The space with a number of elements, near its own, of which every line and segment of the scene has its share."""
+    """The space with a nearby number of elements that is divisible among the lines and segments in proportion."""
     total, parts = space_of(scene).cells, [piece.section.elements for piece in scene.network.pieces]
     cells = space.cells
-    while True:  # the sum of the shares never falls as the number grows, so this ends where both agree
+    while True:  # the sum of the shares never falls as the number grows, so that this ends
         found = sum(number_of_cells(_share(elements, cells / total)) for elements in parts)
         if found == cells:
             return Space(space.mu, space.nu, cells)
@@ -72,7 +72,7 @@ def fitting(scene: Scene, space: Space) -> Space:
 
 
 def _share(elements: Any, factor: float) -> Any:
-    """Elements of a line, as many times what they are."""
+    """Elements of a line, scaled by a factor."""
     if isinstance(elements, int):
         return max(1, round(elements * factor))
     return [[length, max(1, round(n * factor))] for length, n in elements]
@@ -100,7 +100,7 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
     if stepping.scheme != "generalized-alpha":
         changes["time.spectral_radius"] = None
     elif any(piece.section.slack != "compressive" for piece in scene.network.pieces):
-        changes["time.spectral_radius"] = 0.0  # others gain energy at every snap: no such scene may have them
+        changes["time.spectral_radius"] = 0.0  # others gain energy at every snap and are not allowed in such a scene
     if space.mu:
         changes |= _of_lines(scene, space)
     return load_scene(scene, **changes)
@@ -118,14 +118,14 @@ def _of_lines(scene: Scene, space: Space) -> dict[str, Any]:
 
 
 def keys_of_lines(scene: Scene) -> list[str]:
-    """Key of the table of each cable: "cable" of the only one, else "cable.NAME"."""
+    """Key of the table of each cable: "cable" for the only one, else "cable.NAME"."""
     return [scene.network.key_of(number) for number in range(len(scene.network.cables))]
 
 
 def everywhere(scene: Scene, key: str, value: Any) -> dict[str, Any]:
     """Changes that give a key of a cable, buoy or joint this value in all of them, by their keys.
 
-    A cable's own key then stands for those of its segments and materials.
+    A cable's own key then replaces those of its segments and materials.
     """
     (section, _, leaf), lines = key.partition("."), keys_of_lines(scene)
     buoys = [scene.network.key_of_buoy(name) for name in scene.network.buoys]
@@ -147,25 +147,25 @@ def everywhere(scene: Scene, key: str, value: Any) -> dict[str, Any]:
 
 
 def period_of(scene: Scene) -> float | None:
-    """Period of what drives the scene."""
+    """Period of the scene's excitation."""
     if scene.waves:
         return scene.waves.main_period
     return next((top.period for top in _moved(scene) if top.period), None)
 
 
 def ramp_of(scene: Scene) -> float:
-    """Time in which the drive grows."""
+    """Time over which the excitation grows."""
     if scene.waves:
         return scene.waves.ramp
     return max((top.ramp for top in _moved(scene)), default=0.0)
 
 
-#: Shapes in a period of what drives a scene, that a replay shows it; in any run at least so many, and at most.
+#: Recorded shapes per excitation period, for a replay; their least and largest number in any run.
 FRAMES_OF_A_PERIOD, LEAST_FRAMES, MOST_FRAMES = 24, 200, 1200
 
 
 def frame_interval(scene: Scene) -> float:
-    """Time between two recorded shapes of the cables [s]: `time.output_every`, or what a replay needs."""
+    """Time between two recorded shapes of the cables [s]: `time.output_every`, or as a replay needs."""
     time = check_time(scene)
     if time.output_every:
         return time.output_every
@@ -186,9 +186,9 @@ def check_time(scene: Scene) -> Time:
 
 
 def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene:
-    """The scene until `end`: by default the ramp and some periods, or half of a run that nothing drives.
+    """The scene until `end`: by default the ramp and some periods, or half of a run without excitation.
 
-    An adaptive run keeps the milestones and the largest step of the whole run.
+    An adaptive run keeps the milestones and largest step of the whole run.
     """
     time, period = check_time(scene), period_of(scene)
     if end is None:
@@ -211,7 +211,7 @@ def spaces(
 
 
 def parse_numbers(option: str, text: str | None, kind: type = float) -> list[Any] | None:
-    """Positive numbers with commas, or `none`; raises InputError that names the option."""
+    """Positive numbers with commas, or `none`; raises InputError naming the option."""
     if text is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Coefficients of a hull by its shape: those of an upright cylinder with its water plane and its displaced volume."""
+"""Coefficients of a hull by shape: those of an upright cylinder with its water plane and displaced volume."""
 
 import functools
 import math
@@ -12,23 +12,23 @@ from .quantities import Missing, Wrong
 if TYPE_CHECKING:
     from .sections import Scene
 
-#: Names of shapes, each with the least and the largest draft in radii of what is meant.
+#: Names of shapes, with the least and largest draft in radii for which they are meant.
 SHAPES = {"disc": (0.0, 1.0), "cylinder": (0.5, 6.0), "spar": (4.0, math.inf)}
-#: Keys of a buoy that take the name of a shape.
+#: Keys of a buoy that accept the name of a shape.
 BY_SHAPE = ("added_mass", "axial_added_mass", "rotational_added_mass")
 SOURCE = "truncated cylinder by potential flow (Yeung 1981), at the natural period of heave, or of pitch"
-#: Depth in radii or drafts from which on the bed does not count.
+#: Depth in radii or drafts above which the bed has no influence.
 DEEP = 10.0
-#: Rounds for a natural period, whose added mass depends on it.
+#: Iterations for a natural period, as the added mass depends on it.
 ROUNDS = 6
-#: Part of the draft that is left between bottom and bed at least.
+#: Least gap between bottom and bed, as a fraction of the draft.
 LEAST_GAP = 0.02
 
 
 class Estimate(NamedTuple):
     """Natural angular frequencies [rad/s], added masses [kg, kg m^2] and radiation damping [N s/m, N m s] of a hull.
 
-    cylinder: what stands for it; draft: its own [m].
+    cylinder: the equivalent cylinder; draft: the hull's own [m].
     """
 
     cylinder: Cylinder
@@ -46,7 +46,7 @@ def is_by_shape(buoy: Buoy) -> bool:
 
 
 def by_shape(scene: "Scene", buoy: Buoy, key: str) -> Buoy:
-    """The buoy with numbers in the place of names of shapes; key: of its table.  Raises Wrong or Missing."""
+    """The buoy with names of shapes replaced by numbers; key: of its table.  Raises Wrong or Missing."""
     if not is_by_shape(buoy):
         return buoy
     name = next(name for name in (*BY_SHAPE, "wave_damping") if isinstance(getattr(buoy, name), str))
@@ -71,7 +71,7 @@ def _volume(cylinder: Cylinder) -> float:
 
 
 def estimate(scene: "Scene", buoy: Buoy, key: str = "buoy.hull") -> Estimate:
-    """Estimate of potential flow for a hull that floats free.  Raises Wrong for one that does not."""
+    """Potential-flow estimate for a freely floating hull.  Raises Wrong for one that does not float."""
     shape, mass, sea, g = shape_of(buoy), mass_properties(buoy), scene.sea, scene.gravity
     if sea is None or shape is None or mass.mass >= sea.density * shape.volume() * (1 - 1e-9):
         raise Wrong(key, getattr(buoy, key.rpartition(".")[2], None), "is of a hull that floats without its lines")

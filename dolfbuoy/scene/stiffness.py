@@ -1,4 +1,4 @@
-"""Axial stiffness of a cable: one number, or the tension as a table over the strain."""
+"""Axial stiffness of a cable: one number, or a table of tension over strain."""
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
@@ -13,16 +13,16 @@ MOST_ROWS = 50
 
 
 class TensionTable(float):
-    """Tension [N] over strain, linear between the rows and on both sides of them.
+    """Tension [N] over strain, linear between the rows and beyond them.
 
-    As one number it is the slope where the line is first pulled from below, or at 0 if the table has no
-    strain below 0: as a number of Hooke's law is.  Tables are equal if their rows are.
+    As a number it is the slope below the first tension, or at 0 without negative strains, like EA in Hooke's law.
+    Tables are equal if their rows are.
     """
 
     rows: tuple[tuple[float, float], ...]
 
     def __new__(cls, table: Iterable[Sequence[float]]) -> Self:
-        """Raises ValueError for what is no law of a material."""
+        """Raise ValueError for an invalid material law."""
         rows = tuple((float(strain), float(tension)) for strain, tension in table)
         if not 2 <= len(rows) <= MOST_ROWS:
             raise ValueError(f"must be a number or a table of 2 to {MOST_ROWS} rows [strain, tension]")
@@ -59,7 +59,7 @@ class TensionTable(float):
         return [(T, after - before if T >= 0 else before - after) for (_, T), (before, after) in inner]
 
     def strain(self, T: float) -> float:
-        """e of a tension."""
+        """Strain e at a tension."""
         found = T / self
         for kink, change in self.kinks:
             found += change * (max(T - kink, 0.0) if kink >= 0 else min(T - kink, 0.0))
@@ -83,11 +83,11 @@ else:
 
 
 def kinks_of(stiffness: Any, below: bool) -> list[tuple[float, float]]:
-    """Bends of a table at T < 0 or at T >= 0; none of a number."""
+    """Kinks of a table at T < 0 or at T >= 0; empty for a number."""
     kinks = stiffness.kinks if isinstance(stiffness, TensionTable) else []
     return [kink for kink in kinks if (kink[0] < 0) == below]
 
 
 def secant(stiffness: Any, T: float) -> float:
-    """EA of Hooke's law that gives the same strain at a tension [N]."""
+    """EA of Hooke's law with the same strain at this tension [N]."""
     return T / stiffness.strain(T) if isinstance(stiffness, TensionTable) and T > 0 else float(stiffness)

@@ -4,8 +4,8 @@ In the frame of the crests, with mean depth d and theta = k x,
 
     psi = -c (z + d) + sum B_j sinh(jk(z + d))/cosh(jkd) cos(j theta)
 
-so that the bed is a streamline; on the surface psi = -Q and (u^2 + w^2)/2 + g eta = R are met at N + 1 points of half
-a wave.  B_j, eta, k, c, Q and R follow from Newton's method, with height from step to step.  The mean velocity of the
+so that the bed is a streamline; on the surface psi = -Q and (u^2 + w^2)/2 + g eta = R hold at N + 1 points of half a
+wave.  B_j, eta, k, c, Q and R follow from Newton's method, with the height raised in steps.  The mean velocity of the
 water below the troughs is that of the current (Stokes' first definition); c is the wave's speed through this water.
 """
 
@@ -19,9 +19,9 @@ from ..errors import InputError
 
 Array = NDArray[np.float64]
 
-#: Part of the height at which a wave breaks, 0.142 tanh(kd) of its length (Miche 1944), up to which the series is used.
+#: Fraction of the breaking height, 0.142 tanh(kd) times the length (Miche 1944), up to which the series is used.
 STEEPEST = 0.9
-#: Part of the height that the last harmonic may have; the crest is right to a third of it then.
+#: Largest last harmonic as a fraction of the height; the crest is then accurate to a third of it.
 RESOLVED = 1e-3
 
 
@@ -50,9 +50,8 @@ def steady_wave(
 ) -> StreamWave:
     """The wave of a height [m] whose crests pass a fixed point with the angular frequency omega [rad/s].
 
-    current: mean speed of the water along the wave [m/s]; k: wavenumber of linear theory [1/m], from which the search
-    starts; without omega that of the wave.  Raises InputError above 0.9 of the height at which the wave breaks, and
-    where `order` is too low.
+    current: mean speed of the water along the wave [m/s]; k: wavenumber of linear theory as a start [1/m], or without
+    omega that of the wave.  Raises InputError above 0.9 of the breaking height, and if `order` is too low.
     """
     length, speed = 1 / k, math.sqrt(gravity / k)  # units: linear waves have k = 1, g = 1
     given = None if omega is None else omega * length / speed
@@ -122,7 +121,7 @@ class _Series:
         return found
 
     def newton(self, height: float, start: Array) -> Array | None:
-        """Unknowns of a height; None if they are not found."""
+        """Unknowns for a height; None if not converged."""
         x = start.copy()
         with np.errstate(all="ignore"):
             for _ in range(20):
@@ -134,9 +133,9 @@ class _Series:
                 except np.linalg.LinAlgError:
                     return None
                 x -= change
-                shape = np.delete(change, slice(self.order + 1, -4))  # high B_j are lost in rounding, and do nothing
-                if np.max(np.abs(shape)) < 1e-9 * max(1.0, abs(x[-3])):  # twice as many digits are right already
-                    falls = np.all(np.diff(x[: self.order + 1]) < 0)  # from crest to trough, without crests between
+                shape = np.delete(change, slice(self.order + 1, -4))  # high B_j are lost in rounding, without effect
+                if np.max(np.abs(shape)) < 1e-9 * max(1.0, abs(x[-3])):  # twice as many digits are already correct
+                    falls = np.all(np.diff(x[: self.order + 1]) < 0)  # monotonic from crest to trough
                     return x if falls and x[-4] > 0 and x[-3] > 0 else None
         return None
 
@@ -148,7 +147,7 @@ class _Series:
         up = np.exp(np.outer(eta, j * k))
         bottom = np.exp(-2 * j * k * d)
         S, C = ((up + sign * bottom / up) / (1 + bottom) for sign in (-1, 1))
-        far = j * d * 4 * bottom / (1 + bottom) ** 2  # the depth's share of derivatives by k
+        far = j * d * 4 * bottom / (1 + bottom) ** 2  # contribution of the depth to derivatives by k
         z = np.outer(eta, j)
         S_k, C_k = z * C + far * (up + 1 / up) / 2, z * S + far * (up - 1 / up) / 2
         jk = j * k

@@ -52,7 +52,7 @@ class TakeOff(_Ends):  # type: ignore[misc]  # pydantic makes its base
 
     @property
     def holds(self) -> bool:
-        """True if it has a tension at rest."""
+        """True if it carries a tension at rest."""
         return bool(self.stiffness or self.pretension)
 
     def at_rest(self, length: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Variants of a scene, as they are written on the command line or in a table: lists of changes."""
+"""Variants of a scene from the command line or a table: lists of changes."""
 
 import csv
 import hashlib
@@ -16,7 +16,7 @@ from .reading import DEEPEST, NO_SECTION, NO_TABLE, parse
 from .sentences import UNKNOWN
 
 MOST_CASES = 100_000
-#: Column of a table of cases that is not a key of the scene: how often the case occurs.
+#: Column of a table of cases that is not a scene key: the probability of the case.
 PROBABILITY = "probability"
 SEED = "waves.seed"
 
@@ -34,7 +34,7 @@ def parse_vary(text: str) -> tuple[str, list[Any]]:
         return key, _range(f"--vary {text}", values.split(":"))
     try:
         return key, parse(f"values = [{values}]")["values"]
-    except ValueError as error:  # bare words, or a list that is none
+    except ValueError as error:  # bare words, or an invalid list
         if "[" in values or "{" in values:
             raise InputError(f"--vary {text}: is not valid TOML: {str(error).rstrip('.')}.") from None
         found = [value.strip() for value in values.split(",")]
@@ -44,7 +44,7 @@ def parse_vary(text: str) -> tuple[str, list[Any]]:
 
 
 def numbers_of(option: str, text: str) -> list[float]:
-    """`a,b,c` or `start:stop:step` (stop included) of an option in numbers.  Raises InputError."""
+    """Numbers of an option given as `a,b,c` or `start:stop:step` (stop included).  Raises InputError."""
     if ":" in text:
         return [float(number) for number in _range(f"{option} {text}", text.split(":"))]
     try:
@@ -71,8 +71,8 @@ def _range(text: str, parts: list[str]) -> list[Any]:
 
 
 def cases_of(vary: list[str], table: Path | None, seeds: int | None = None) -> list[dict[str, Any]]:
-    """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys; with seeds
-    these may be all that differs."""
+    """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys; with seeds,
+    these may be the only difference."""
     if not vary and table is None and seeds is not None:
         return [{}]
     if (table is None) == (not vary):
@@ -88,8 +88,8 @@ def cases_of(vary: list[str], table: Path | None, seeds: int | None = None) -> l
 
 
 def latin_hypercube(vary: list[str], table: Path | None, count: int) -> list[dict[str, Any]]:
-    """Changes of `count` cases that fill the ranges KEY=low:high of `vary`: of each key one value in every
-    `count`-th of its range, by scipy.stats.qmc.LatinHypercube.  Raises InputError."""
+    """Changes of `count` cases by a Latin hypercube over the ranges KEY=low:high of `vary`.  Raises InputError.
+    Each key has one value in every `count`-th of its range (scipy.stats.qmc.LatinHypercube)."""
     import numpy as np
     from scipy.stats import qmc
 
@@ -119,8 +119,8 @@ def _limits(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def with_seeds(changes: list[dict[str, Any]], seeds: int) -> list[dict[str, Any]]:
-    """Each case so many times, with values of waves.seed of its own: they follow from the case and its number alone,
-    whatever other cases there are and whoever computes them.  Raises InputError."""
+    """Each case repeated `seeds` times with its own values of waves.seed.  Raises InputError.
+    They follow from the case and the repetition alone, independent of other cases and of the process."""
     if seeds < 1 or len(changes) * seeds > MOST_CASES:
         raise InputError(f"--seeds {seeds}: must be at least 1, and give {MOST_CASES} cases at most.")
     if any(SEED in change for change in changes):
@@ -135,7 +135,7 @@ def with_seeds(changes: list[dict[str, Any]], seeds: int) -> list[dict[str, Any]
 def probabilities(table: Path) -> list[tuple[dict[str, Any], float]]:
     """[(changes, probability), ...] of a scatter diagram: a table of cases with a column `probability`.
 
-    Raises InputError if that column is missing, or does not hold probabilities whose sum is 1 at most.
+    Raises InputError if that column is missing, or does not hold probabilities with a sum of at most 1.
     """
     rows = _rows(table, "--scatter")
     try:
@@ -168,9 +168,9 @@ def _rows(table: Path, option: str = "--table") -> list[dict[str, Any]]:
 
 
 def check_known(scene: Scene, key: str) -> None:
-    """Refuse a key that no scene has (InputError); whether its values are good shows case by case."""
+    """Raise InputError for a key that no scene has; its values are checked case by case."""
     try:
-        build_scene(scene.to_dict(), {key: {}})  # of no key a value that is wrong for another reason
+        build_scene(scene.to_dict(), {key: {}})  # a value that is invalid for every key, for another reason
     except InputError as error:
         if any(words in str(error) for words in (UNKNOWN, NO_SECTION, NO_TABLE)):
             raise InputError(f"--vary {key}: {error}") from None

@@ -1,4 +1,4 @@
-"""The section [[vessel]]: a rigid body whose motion is given, and the ends of lines on it."""
+"""The section [[vessel]]: a rigid body with prescribed motion, and the ends of lines on it."""
 
 import math
 from itertools import pairwise
@@ -30,7 +30,7 @@ Operators = Annotated[
     Field(min_length=1, max_length=MOST_ROWS),
     BeforeValidator(columns_of(14, "a table, or the name of a file")),
 ]
-#: Turns of a vessel from row to row [deg] beyond which points between rows are no longer where they belong.
+#: Rotation of a vessel between rows above which interpolated points are no longer accurate [deg].
 WIDEST = 90.0
 
 
@@ -85,7 +85,7 @@ class Vessel(Section):
         return self
 
     def _check_operators(self) -> None:
-        """Raise Wrong unless there is a row for each of some periods and directions, once."""
+        """Raise Wrong unless each combination of periods and directions has exactly one row."""
         pairs = [row[:2] for row in self.raos or []]
         periods, angles = {period for period, _ in pairs}, {angle for _, angle in pairs}
         if any(period <= 0 for period in periods) or any(not -360 <= angle <= 360 for angle in angles):
@@ -96,7 +96,7 @@ class Vessel(Section):
             raise Wrong("raos", "[...]", "must have a row for every period in every direction")
 
     def held(self, fairlead: str, scene: Any = None) -> Top:
-        """Boundary condition of an end of a line at a fairlead; scene: whose waves it rides if it has operators."""
+        """Boundary condition of an end of a line at a fairlead; scene: with the waves, if it has operators."""
         point = self.fairleads[fairlead]
         rest = turned(point, 0.0, 0.0, self.heading_deg)
         x, y, z = (a + b for a, b in zip(self.position, rest, strict=True))
@@ -113,7 +113,7 @@ class Vessel(Section):
         return Top.model_construct(**known)
 
     def clamp(self, given: EndDirection | None, scene: Any = None) -> EndDirection | None:
-        """Direction of an end of a line that turns with the vessel, in the frame of the world; scene: as in `held`."""
+        """Direction of an end of a line fixed to the vessel, in the world frame; scene: as in `held`."""
         if given is None or given.direction is None:
             return given
         x, y, z = turned(given.direction, 0.0, 0.0, self.heading_deg)
@@ -134,7 +134,7 @@ class OnVessel(Section):
     _scene: Any = PrivateAttr(default=None)
 
     def on(self, vessel: Vessel, own: Any, scene: Any) -> Self:
-        """This one, on a vessel in the waves of a scene."""
+        """This part, on a vessel in the waves of a scene."""
         self._vessel, self._own, self._scene = vessel, own, scene
         return self
 
@@ -167,7 +167,7 @@ class RidingDirection(OnVessel, EndDirection):
 
 
 def turned(point: tuple[float, float, float], roll: float, pitch: float, yaw: float) -> list[float]:
-    """A vector after roll, pitch and yaw [deg], in this order about the axes of the world."""
+    """A vector rotated by roll, pitch and yaw [deg], in this order about the world axes."""
     found = list(point)
     for axis, angle in enumerate((roll, pitch, yaw)):
         c, s, i, j = math.cos(math.radians(angle)), math.sin(math.radians(angle)), (axis + 1) % 3, (axis + 2) % 3

@@ -1,7 +1,7 @@
-"""Files of numbers that a scene names: of waves (spectra, components, records of the elevation) and of motions.
+"""Files of numbers named by a scene: waves (spectra, components, records of the elevation) and motions.
 
-They are read when the scene is, under the rules of `mesh_file` for what a stranger's scene may name.  The scene keeps
-their numbers: it is complete without them.
+They are read with the scene, under the rules of `mesh_file` for untrusted scenes.  The scene stores their numbers and
+is complete without the files.
 """
 
 import math
@@ -20,7 +20,7 @@ MOST_BYTES = 20_000_000
 
 
 def spectrum_of(value: Any) -> Any:
-    """Value of `waves.spectrum` with the contents of a file in place of its name.  Raises ValueError."""
+    """Value of `waves.spectrum`, with the name of a file replaced by its contents.  Raises ValueError."""
     name = value.name if isinstance(value, Named) else value
     if name in FORMULAS if isinstance(name, str) else not is_file(value):
         return name
@@ -29,11 +29,11 @@ def spectrum_of(value: Any) -> Any:
 
 
 def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
-    """Validator of a key that may name a text file of some columns: their rows in place of its name."""
+    """Validator of a key that may name a text file of `count` columns: replaces the name by its rows."""
     return lambda value: _columns(file_of(value, allowed), count) if is_file(value) else value
 
 
-#: Rows of a table over time, and numbers of a variable of a netCDF file.
+#: Most rows of a table over time, and most numbers of a variable of a netCDF file.
 MOST_ROWS, MOST_NUMBERS = 200_000, 1_000_000
 #: Units of time in netCDF files.
 _SECONDS = {"s": 1.0, "seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}
@@ -52,7 +52,7 @@ def rows_of(count: int) -> tuple[Any, ...]:
 
 
 def grid_of(value: Any) -> Any:
-    """Value of `current.grid` with the rows [t, z, u, v] of a file in place of its name.  Raises ValueError."""
+    """Value of `current.grid`, with the name of a file replaced by its rows [t, z, u, v].  Raises ValueError."""
     if not is_file(value):
         return value
     path = file_of(value, "a table, or the name of a file")
@@ -60,7 +60,7 @@ def grid_of(value: Any) -> Any:
 
 
 def _check_size(found: Any, fits: bool, what: str, most: int = MOST_NUMBERS) -> None:
-    """Raise ValueError for a variable that is not what it must be, or has too many numbers."""
+    """Raise ValueError for a variable that does not fit, or has too many numbers."""
     if not fits:
         raise ValueError(f"{what}, not over {found.dims}")
     if found.size > most:
@@ -96,7 +96,7 @@ MOTIONS = (("time", "t"), ("x", "surge"), ("y", "sway"), ("z", "heave"), ("roll"
 
 
 def motions_of(value: Any) -> Any:
-    """Value of `vessel.motion` with the rows of a file in place of its name.  Raises ValueError."""
+    """Value of `vessel.motion`, with the name of a file replaced by its rows.  Raises ValueError."""
     if not is_file(value):
         return value
     path = file_of(value, "a table, or the name of a file")
@@ -125,18 +125,18 @@ def _motions(path: Path) -> list[list[float]]:
 
 
 def is_netcdf(path: Path) -> bool:
-    """True if a file begins as netCDF does."""
+    """True if a file begins like netCDF."""
     with path.open("rb") as file:
         return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 def is_file(value: Any) -> bool:
-    """True for the name of a file."""
+    """True if a value is the name of a file."""
     return isinstance(value, str | Path | Named)
 
 
 def file_of(value: Any, allowed: str) -> Path:
-    """The file that is meant, of bounded size."""
+    """The named file.  Raises ValueError if it is too large."""
     if isinstance(value, Named):
         path = inside(value.folder, value.name)
     elif os.path.isfile(value):
@@ -173,8 +173,8 @@ def _columns(path: Path, count: int) -> list[list[float]]:
 
 
 def _directional(path: Path) -> dict[str, Any]:
-    """efth(freq, dir) of a netCDF file, as wavespectra has it: `dir` degrees from which waves come, clockwise from
-    north; here x points east and y north, and directions are those of travel."""
+    """efth(freq, dir) of a netCDF file, as in wavespectra: `dir` degrees from which waves come, clockwise from north;
+    here x points east and y north, and directions are those of travel."""
     import numpy as np
     import xarray as xr
 

@@ -57,9 +57,9 @@ Record = Annotated[
     BeforeValidator(columns_of(2, "a table, or the name of a file")),
 ]
 
-#: What a sea is made of, in the words of its keys.
+#: Kinds of waves, by the words of their keys.
 REGULAR, SPECTRUM, COMPONENTS, ELEVATION = "period", "spectrum", "components", "elevation"
-#: Keys that go with one of them only.
+#: Keys that belong to one kind only.
 _OF = {
     REGULAR: ("amplitude", "height", "wavelength", "phase_deg", "theory", "order"),
     SPECTRUM: ("significant_height", "peak_period", "gamma", "spreading", "seed", "amplitudes", "crest"),
@@ -195,7 +195,7 @@ class Waves(Section):
             raise Wrong("height", self.height, "must be above 0 with theory = 'stream'")
 
     def with_period(self, depth: float, gravity: float) -> Self:
-        """The same steep wave given by its period, which follows from height and wavelength [m, m/s^2]."""
+        """The same steep wave with its period, which follows from height and wavelength [m, m/s^2]."""
         if self.period is not None or self.wavelength is None:
             return self
         from .stream import steady_wave
@@ -244,7 +244,7 @@ class Waves(Section):
 
     @property
     def summed(self) -> bool:
-        """True if it is a sum of components, which C takes: an irregular sea, the harmonics of a steep wave."""
+        """True for a sum of components, computed in C: an irregular sea, or the harmonics of a steep wave."""
         return self.irregular or self.theory == "stream"
 
     @property
@@ -254,13 +254,13 @@ class Waves(Section):
 
     @property
     def main_period(self) -> float:
-        """Period of the regular wave, or of what is highest in the sea [s]; of an elevation between its crests."""
+        """Period of the regular wave, or at the peak of the sea; for an elevation, the mean between crossings [s]."""
         given = self.period or self.peak_period
         if given is not None:
             return given
         if isinstance(self.components, list):
             return max(self.components)[1]
-        if self.elevation is not None:  # between upward crossings of the mean; the whole record if there are not two
+        if self.elevation is not None:  # between up-crossings of the mean; else the whole record
             mean = sum(eta for _, eta in self.elevation) / len(self.elevation)
             crossings = [t for (t, a), (_, b) in itertools.pairwise(self.elevation) if a < mean <= b]
             first, *_, last = crossings if len(crossings) > 1 else [self.elevation[0][0], self.elevation[-1][0]]
