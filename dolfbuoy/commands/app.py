@@ -97,7 +97,7 @@ def _modules() -> list[str]:
 
 def _source(module: str) -> str:
     file = Path(__file__).with_name(f"{module}.py")
-    return file.read_text() if file.exists() else ""
+    return file.read_text("utf-8") if file.exists() else ""
 
 
 app = typer.Typer(
