@@ -1,6 +1,6 @@
-"""Anchors that must not move: the weight that a sinker needs, and what anchors hold.
+"""Fixed anchors: the sinker weight that prevents sliding, and holding capacities.
 
-Source: a block on a plane, which slides as soon as H > mu (W - V), by hand.
+Source: a block on a plane by hand, which slides as soon as H > mu (W - V).
 """
 
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ del RUN["current"]  # whose drag along the line has a vertical part
 
 @pytest.fixture(scope="module")
 def pulls():
-    """(H, V) that the line pulls its anchor with at rest [N]: what holds its upper end, less its weight in water."""
+    """(H, V) of the static line on its anchor [N]: the force on its upper end, less its submerged weight."""
     found = dolfbuoy.solve_static(load_scene(RUN))
     c = load_scene(RUN).network.pieces[0].section
     z = found.end_tension.values[0, 2]
@@ -55,7 +55,7 @@ def test_an_embedded_anchor_holds_its_capacity(pulls):
 
 
 def test_the_worst_instant_of_a_run_counts():
-    """Every step is one; the sentence names the largest use and when it was."""
+    """Every step is checked; the message gives the largest utilisation and its time."""
     scene = load_scene(RUN | {"anchor": {"weight": 100.0, "friction": 0.5}})
     record = dolfbuoy.simulate(scene)
     H, V = record.anchor_horizontal.values[:, 0], record.anchor_uplift.values[:, 0]
@@ -68,7 +68,7 @@ def test_the_worst_instant_of_a_run_counts():
 
 @pytest.mark.parametrize(("use", "count"), [(0.999, 0), (1.0, 0), (1.001, 1), (1.05, 1)])
 def test_what_is_more_than_an_anchor_holds_is_told(use, count):
-    """From 1 on, at which it just stays."""
+    """Reported from a utilisation of 1, at which the anchor just holds."""
     scene = load_scene(RUN | {"anchor": {"holding_capacity": 1e6}})
     record = dolfbuoy.solve_static(scene)
     record["anchor_use"] = 0 * record.anchor_use + use
@@ -119,7 +119,7 @@ def test_a_sinker_is_pulled_by_both_horizontal_components():
 
 
 def test_ends_of_a_line_are_anchors_by_their_own_names():
-    """The lower of two that stay, both at one height; from and to as they were drawn."""
+    """The lower of two fixed ends, or both at equal height; from and to as defined."""
     line = {"length": 30.0, "line_density": 5.0, "axial_stiffness": 1e6}
     for low, high, expected in (
         ([0.0, 0, -9.0], [20.0, 0, -1.0], {"one.from": [(0, 0)]}),

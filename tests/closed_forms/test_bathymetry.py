@@ -1,7 +1,7 @@
-"""Sea beds that are no plane: a grid of depths under lines and bodies.
+"""Uneven sea beds: lines and bodies over a grid of depths.
 
-Source: the plane bed, of which a grid holds the depths; the balance of forces of a weight on a parabola; finite
-differences of the residual; the numbers that were put into the files; MoorDyn.
+Source: the plane bed, sampled on a grid; equilibrium of a weight on a parabola; finite differences of the residual; the
+numbers written to the files; MoorDyn.
 """
 
 import math
@@ -50,7 +50,7 @@ HILL = grid(
 
 @shows("seabed.depths.x", "seabed.depths.y", "seabed.depths.depth")
 def test_a_plane_as_a_grid():
-    """At rest and in motion, with friction: as the bed with that slope."""
+    """At rest and in motion, with friction: same results as on the sloped plane bed."""
     plane, table = (load_scene(CHAIN, seabed=more) for more in ({"slope": list(SLOPE)}, {"depths": PLANE}))
     one, other = solve_static(plane), solve_static(table)
     assert float(one.length_on_bed[0]) > 50
@@ -62,7 +62,7 @@ def test_a_plane_as_a_grid():
 
 
 def test_a_line_on_a_hill():
-    """It lies on it, with a sag as on the plane, and its tension is another."""
+    """It lies on the hill with the sag it has on a plane, but with a different tension."""
     flat, hill = solve_static(CHAIN), solve_static(load_scene(CHAIN, seabed__depths=HILL))
     bed = load_scene(CHAIN, seabed__depths=HILL).seabed.depths
     nodes = hill.cable_position.values
@@ -77,7 +77,7 @@ def test_a_line_on_a_hill():
 
 
 def test_beyond_the_grid():
-    """The bed goes on as on its border, and has the depth of its points on its lines."""
+    """The bed continues with the depths of the border, and interpolates exactly at grid points and lines."""
     bed = load_scene(CHAIN, seabed__depths=HILL).seabed.depths
     assert bed.height(-500.0, 0.0) == pytest.approx(bed.height(-100.0, 0.0))
     slopes = load_scene(CHAIN, seabed__depths=PLANE).seabed.depths.derivatives(*np.array([[900.0, 0.0], [0.0, 0.0]]).T)
@@ -97,7 +97,7 @@ CURVE, WEIGHT = 0.01, 500.0
 
 
 def test_a_weight_on_a_parabola():
-    """A clump on a line slides down until gravity has no part along the bed that the line does not hold."""
+    """A clump on a line slides down until the line balances gravity along the bed."""
     lines = np.linspace(-60.0, 60.0, 13)
     scene = {
         "sea": {"depth": 50.0},
@@ -121,7 +121,7 @@ def test_a_weight_on_a_parabola():
 
 @pytest.mark.parametrize("dynamic", [False, True])
 def test_jacobian(dynamic):
-    """Exact, slope and curvature of the bed included: what differences leave goes with their step."""
+    """Exact, including slope and curvature of the bed: finite differences converge to it."""
     problem = Problem(load_scene(CHAIN, seabed={"depths": HILL, "stiffness": 1e4}), dynamic=dynamic)
     system, rng = problem.system, np.random.default_rng(2)
     try:
@@ -159,7 +159,7 @@ def test_jacobian(dynamic):
 
 @pytest.mark.slow
 def test_energy_on_a_hill():
-    """It closes as on a plane, where the blows of the contact leave order 1, and nearly as well."""
+    """It closes almost as well as on a plane, where contact impacts leave order 1."""
     defects = []
     for bed in ({}, {"depths": HILL}):
         scene = load_scene(CHAIN, seabed=bed | {"friction": 0.0}, cable__normal_drag=1.2, cable__top__ramp=4.0)
@@ -174,7 +174,7 @@ def test_energy_on_a_hill():
 
 @pytest.mark.slow
 def test_against_moordyn():
-    """A chain at rest on the hill, whose heights MoorDyn has every 5 m; the hill makes 1.3 % of the tension."""
+    """A chain at rest on the hill, given to MoorDyn every 5 m; the hill makes 1.3 % of the tension."""
     pytest.importorskip("moordyn")
     line = {"elements": 40, "axial_stiffness": 2e7, "normal_drag": 1.0, "damping": 2e5, "position_degree": 1}
     line |= {"tension_degree": 0, "top": None, "to": [350.0, 20.0, 0.0]}
@@ -208,7 +208,7 @@ nGridY 2
 
 
 def test_files(tmp_path):
-    """MoorDyn's and netCDF's, depths or heights, are the table that they hold."""
+    """MoorDyn and netCDF files, with depths or heights, give the table they contain."""
     (tmp_path / "bed.txt").write_text(TEXT)
     values = np.array([[90.0, 95.0, 100.0], [91.0, 96.5, 101.0]])
     axes = {"y": [-50.0, 80.0], "x": [-100.0, 50.0, 400.0]}

@@ -1,6 +1,6 @@
-"""A pull and its return against friction, and a chain that lands against hard contact at its nodes.
+"""Bed friction under a load cycle, and the touchdown of a chain compared with hard contact at its nodes.
 
-Source: closed form of tests/reference (Masing); a complementarity problem of the same elements in plain numpy.
+Source: Masing's closed form (tests/reference); a complementarity problem with the same elements in plain numpy.
 """
 
 import math
@@ -121,7 +121,7 @@ class HardContact:
 
 
 def test_against_complementarity():
-    """Top tension through one and a half periods, touchdown travelling over several nodes: the same to 0.2 %."""
+    """Top tension over one and a half periods, touchdown moving over several nodes: equal to 0.2 %."""
     with running(HARD) as simulation:
         lines = simulation.problem.lines
         order = np.argsort(lines.node_s)

@@ -1,8 +1,8 @@
-"""Lines with a bending stiffness at rest: shapes, forces, moments, and their orders; balances that hold exactly.
+"""Static lines with bending stiffness: shapes, forces, moments, orders of convergence, and exact balances.
 
-Source: elliptic integrals (elastica, buckled column), the circle, first integral of the elastica, Gauss collocation of
-order 16 and 20 that agrees to 2e-12 (heavy cantilever, clamped catenary); sums of forces and moments by hand;
-shooting by scipy.
+Source: elliptic integrals (elastica, buckled column), the circle, the first integral of the elastica, Gauss collocation
+of orders 16 and 20 agreeing to 2e-12 (heavy cantilever, clamped catenary); sums of forces and moments by hand; shooting
+with scipy.
 """
 
 import math
@@ -62,7 +62,7 @@ ELASTICA = {
     ("force", "degree"), [(10.0, 1), (10.0, 2), (10.0, 3), (50.0, 1), (50.0, 2), (50.0, 3), (50.0, 4), (100.0, 2)]
 )
 def test_elastica(force, degree):
-    """A dead load across the tip: place of the tip and moment at the root, of order 2 mu."""
+    """A dead load across the tip: tip position and root moment, of order 2 mu."""
     x, z, moment, _ = ELASTICA[force]
     errors = []
     for elements in {2: (16, 32), 4: (6, 12)}.get(degree, (8, 16)):
@@ -76,7 +76,7 @@ def test_elastica(force, degree):
 
 @pytest.mark.parametrize(("degree", "order", "error"), [(2, 4, 2e-5), (3, 6, 1e-7), (4, 8, 1e-10)])
 def test_buckled_column(degree, order, error):
-    """Pinned ends 7 m apart, from a bow of the right length: force, place and moment in the middle of order 2 mu."""
+    """Pinned ends 7 m apart, from a bow of the right length: force, position and moment at midspan of order 2 mu."""
     s = np.linspace(0.0, 1.0, 81)
 
     def bow(height):
@@ -167,7 +167,7 @@ def test_spring_at_an_end(k):
 
 
 def test_a_spring_that_would_turn_too_far():
-    """A line that its weight turns by more than a right angle from the direction of a weak spring."""
+    """A line rotated by its weight through more than a right angle from the direction of a weak spring."""
     top, up = {"kind": "fixed", "position": [80.0, 0.0, 60.0]}, direction(160.0, rotational_stiffness=300.0)
     with pytest.raises(SolveError, match=r"cable.from_end.rotational_stiffness = 300: may be too weak"):
         solve_static(rod(120.0, 250.0, 40, 2, 200.0, top=top, from_end=up))
@@ -204,7 +204,7 @@ def test_balance_of_moments_and_turning(degree, strain_form):
 
 
 def test_a_ring():
-    """Two lines welded to each other and held back to back where they begin are a circle without forces."""
+    """Two lines welded together and clamped back to back at their starts form a circle without forces."""
     names, radius, turn = ("up", "down"), 5.0 / math.pi, np.linspace(0.0, math.pi, 9)
     line = {"length": 5.0, "line_density": 1.0, "diameter": 0.02, "axial_stiffness": 1e5, "bending_stiffness": 100.0}
     line |= {"elements": 10, "position_degree": 2, "tension_degree": 1, "from": "a", "to": "b"}
@@ -223,7 +223,7 @@ def test_a_ring():
 
 
 def test_welded_pieces_are_one():
-    """Segments, and cables welded at a joint, give the shape of one line."""
+    """Segments, and cables welded at a joint, have the shape of a single line."""
     whole = solve_static(clamped_catenary(24, 2))
     base = clamped_catenary(24, 2)["cable"]
     size = ("length", "elements")
@@ -281,7 +281,7 @@ def test_a_float_at_the_tip_of_a_stiff_rod(line_density):
 
 
 def test_each_piece_has_its_own_radius():
-    """The sharpest bend of a cantilever is at its root, the largest use of what is allowed in its outer half."""
+    """The largest curvature of a cantilever is at its root, the largest utilisation in its outer half."""
     keys = {"from_end": direction(0.0), "top": {"kind": "free"}}
     cable = rod(20.0, 20000.0, 8, 3, 50.0, **keys)["cable"]
     cut = {key: value for key, value in cable.items() if key not in ("length", "elements")}
@@ -294,7 +294,7 @@ def test_each_piece_has_its_own_radius():
 
 
 def test_soft_lines_are_cables():
-    """Pinned ends differ by EI, clamped ones by its root."""
+    """Differences scale with EI for pinned ends, with its square root for clamped ones."""
     cable = rod(120.0, 0.0, 40, 2, 200.0, top={"kind": "fixed", "position": [100.0, 0.0, 0.0]})
     H = solve_static(cable).end_tension.values[0, 0]
     pinned = [solve_static(clamped_catenary(40, 2, EI, False)).end_tension.values[0, 0] / H - 1 for EI in (1e2, 1e3)]
@@ -312,7 +312,7 @@ FROM_CABLES = {
 
 
 def at_rest(scene):
-    """(Newton's iterations, force at the upper end [N]); never by another way than Newton's from the start."""
+    """(Newton iterations, force at the upper end [N]); only by Newton's method from the start."""
     problem = solve_equilibrium(scene, MPI.COMM_SELF)
     assert problem.route == "newton"
     found = problem.iterations, np.linalg.norm(problem.end_force(0, 1))
@@ -342,7 +342,7 @@ def test_newton_needs_half_as_many_iterations_again_as_for_the_cable(name):
 
 
 def test_moments_at_rest_are_as_exact_as_elements_have_them():
-    """Where Newton's method ends by the size of a clamp's moment, a hundred times as strict a solve changes nothing."""
+    """With Newton's tolerance scaled by the clamp moment, a hundred times stricter solves change nothing."""
     strict = {"solver": {"step_tolerance": 1e-12}}
     for EI in (1.0, 1e3, 1e5):
         rest, better = (solve_static(clamped_catenary(120, 2, EI) | more) for more in ({}, strict))
@@ -379,7 +379,7 @@ def test_lines_that_bend_and_lines_that_do_not():
 
 
 def test_what_the_study_takes_as_true():
-    """Its own elliptic integrals and collocation are those of the references."""
+    """The study's own elliptic integrals and collocation agree with the references."""
     assert bent.elastica(5.0) == pytest.approx([0.612371639276, 0.713791523612], rel=1e-10)
     assert math.hypot(bent.hanging(1e6)[0], 12000.0) == pytest.approx(12948.5379, abs=1e-4)
 
@@ -401,7 +401,7 @@ def test_study_of_orders(tmp_path):
 
 
 def test_elements_longer_than_the_bend():
-    """`check` has the length over which a clamp is felt, and names elements that are too long for it."""
+    """`check` prints the bending length at a clamp, and warns about elements that are too long for it."""
     coarse, fine = (check(clamped_catenary(n, 2)) for n in (20, 400))
     rows = {name: value for name, value, *_ in coarse.numbers}
     assert rows["bending length sqrt(EI/T)"] == pytest.approx(math.sqrt(1e4 / 15032), rel=0.01)

@@ -1,6 +1,6 @@
-"""Lines with a bending stiffness on a soft bed at rest: forces, curvatures, and what is local to the touchdown.
+"""Static lines with bending stiffness on a soft bed: forces, curvatures, and local effects at the touchdown.
 
-Source: Gauss collocation of order 16 and 20 that agrees to 2e-12, on graded intervals, with the touchdown free.
+Source: Gauss collocation of orders 16 and 20 agreeing to 2e-12, on graded intervals, with a free touchdown point.
 """
 
 import math
@@ -83,7 +83,7 @@ def errors(name, rest):
 
 @pytest.mark.parametrize(("name", "per_metre"), [("riser", 1), ("lazy wave", 1), ("lazy wave", 2)])
 def test_on_a_soft_bed(name, per_metre):
-    """A metre is 1.6 bending lengths of the lazy wave at its touchdown: what is local there takes half of it."""
+    """1 m is 1.6 bending lengths of the lazy wave at its touchdown: local effects there need half of it."""
     rest = at_rest(name, per_metre, grading=0.05)
     found = errors(name, rest)
     assert rest.end_tension.values[0, 1] == pytest.approx(0.0, abs=1e-4)

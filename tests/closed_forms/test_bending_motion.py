@@ -1,8 +1,7 @@
-"""Lines with a bending stiffness in motion: frequencies, limits, balances, and what a run must keep.
+"""Lines with bending stiffness in motion: frequencies, limits, balances and invariants of a run.
 
-Source: beams with tension (closed form, transcendental equations, Ritz's method), a pendulum of a rigid rod, an
-articulated column by hand, sums of moments by hand; Lagrange's equations of rigid links with springs
-(support/rigid_links.py).
+Source: beams under tension (closed form, transcendental equations, Ritz's method), a rigid-rod pendulum, an articulated
+column and sums of moments by hand; Lagrange's equations of rigid links with springs (support/rigid_links.py).
 """
 
 import math
@@ -37,7 +36,7 @@ SCHEMES = {
 
 
 def found(scene, expected, number=12):
-    """Nearest frequency to each of the expected ones."""
+    """Nearest frequency to each expected one."""
     omega = modes(scene, number).omega.values
     return [omega[np.abs(omega - one).argmin()] for one in expected]
 
@@ -50,7 +49,7 @@ def found(scene, expected, number=12):
     ],
 )
 def test_frequencies_of_a_taut_beam(ends, expected):
-    """Stretched by 1 kN between ends, pinned and clamped."""
+    """Stretched by 1 kN between its ends, pinned and clamped."""
     top = {"kind": "fixed", "position": [10.00001, 0.0, 0.0]}
     beam = BEAM | {"axial_stiffness": 1e9, "elements": 16, "top": top} | ends
     assert found({"gravity": 0.0, "cable": beam}, expected) == pytest.approx(expected, rel=1e-4)
@@ -73,7 +72,7 @@ def hanging(length, stiffness, density, clamped, count):
 
 @pytest.mark.parametrize("clamped", [True, False])
 def test_frequencies_of_a_hanging_beam(clamped):
-    """Under its own weight, clamped above or pinned, free below, both directions alike."""
+    """Under its own weight, clamped or pinned at the top, free at the bottom, equal in both directions."""
     down = {"from_end": {"direction": [0.0, 0.0, -1.0]}} if clamped else {}
     beam = BEAM | {"length": 50.0, "axial_stiffness": 1e10, "elements": 12, "top": {"kind": "free"}} | down
     expected = hanging(50.0, 1e4, 5.0, clamped, 4)
@@ -129,7 +128,7 @@ def test_a_swinging_rod_carries_little_moment():
 
 @pytest.mark.slow
 def test_a_rod_that_falls_far():
-    """Let go from horizontal its tip falls by half its length: 16 and 32 rigid links, extrapolated in h^2."""
+    """Released from horizontal its tip falls by half its length: 16 and 32 rigid links, extrapolated in h^2."""
     times = np.arange(0.0, 3.01, 0.05)
     coarse, fine = (falling_rod(10.0, 5.0, 2e4, 9.81, links, times) for links in (16, 32))
     expected = fine + (fine - coarse) / 3
@@ -158,7 +157,7 @@ TOWER = {"sea": {"depth": 22.0}, "cable": COLUMN, "buoy": HULL}
 
 
 def test_an_articulated_column_by_hand():
-    """A stiff rod pinned at the bed with a buoy welded on top turns about its pin: angle at rest and period."""
+    """A stiff rod pinned at the bed, a buoy welded on top, rotates about its pin: static angle and period."""
     stiff = TOWER | {"cable": COLUMN | {"bending_stiffness": 1e12}}
     rest = solve_static(stiff | {"external_force": {"force": [50.0, 0.0, 0.0], "height": 3.0}})
     tilt, (x, z) = math.radians(rest.cone_angle.item()), rest.buoy_position.values[0][[0, 2]]
@@ -263,7 +262,7 @@ def test_damping_ratios(degree):
 @pytest.mark.parametrize("spring", [None, 1e5])
 @pytest.mark.parametrize("held", ["turned", "vessel"])
 def test_rigid_rotation_is_not_damped(held, spring):
-    """An end that turns at a steady rate takes a light rod with it, without a lag of beta, and without a moment."""
+    """A light rod follows a steadily rotating end without the lag beta, and without moment."""
     angles = 0.2 * np.arange(8)
     rows = [[t, math.cos(a), 0.0, math.sin(a)] for t, a in enumerate(angles)]
     end = {"motion": rows} if held == "turned" else ALONG
@@ -283,7 +282,7 @@ def test_rigid_rotation_is_not_damped(held, spring):
 
 @pytest.mark.slow
 def test_damping_of_a_column_with_a_buoy():
-    """A rod that hardly bends turns about its pin with the buoy: damping of its bending takes nothing from that."""
+    """A nearly rigid rod rotates about its pin with the buoy: bending damping does not affect this."""
     time = {"end": 6.0, "step": 0.02, "scheme": "bdf2"}
     calm = {"sea": {"depth": 22.0}, "buoy": {key: HULL[key] for key in ("hull", "mass", "center_of_mass")}}
     moved = calm | {"time": time, "waves": {"amplitude": 0.5, "period": 6.0, "ramp": 2.0}}
@@ -295,7 +294,7 @@ def test_damping_of_a_column_with_a_buoy():
 
 
 def test_energy_that_damping_takes():
-    """What is missing of a cantilever's energy as it falls is what the material takes, nearer with more elements."""
+    """The energy lost by a falling cantilever is that dissipated in the material, more closely with more elements."""
     cable = BEAM | {"bending_stiffness": 1e3, "bending_damping": 0.05, "from_end": ALONG, "top": {"kind": "free"}}
     scene = {"cable": cable, "initial": {"kind": "polyline", "points": [[0, 0, 0], [10, 0, 0]]}}
     defects = []

@@ -1,6 +1,6 @@
-"""The buoy alone: torque-free tops, free flight, heave and pitch of a floating cylinder.
+"""A buoy without a line: torque-free tops, free flight, heave and pitch of a floating cylinder.
 
-Source: elliptic functions of Euler's top and periods of tests/reference, recurrences of backward Euler.
+Source: elliptic functions for Euler's top and periods in tests/reference; recurrences of backward Euler.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ def top(inertia, omega, q0, dt, end):
 
 @pytest.mark.parametrize("name", ["torque_free_near_axis3", "torque_free_tumble"])
 def test_torque_free_top(name):
-    """Euler's top against its elliptic functions: order 1; L_C, p and |q| are kept to the last digit."""
+    """Euler's top against its elliptic functions: order 1; L_C, p and |q| are conserved to the last digit."""
     case = BUOY[name]
     errors = []
     for dt in (0.02, 0.01, 0.005):
@@ -58,7 +58,7 @@ def test_torque_free_top(name):
 
 
 def test_top_follows_its_recurrence():
-    """q_(n+1) = (q_n + dt/2 omega(q_(n+1)) o q_(n+1)) made of length 1, for three different moments of inertia."""
+    """q_(n+1) = (q_n + dt/2 omega(q_(n+1)) o q_(n+1)) normalised, for three different moments of inertia."""
     inertia, dt = np.array([1.3, 2.1, 2.9]), 0.05
     q0 = np.array([0.5, -0.1, 0.7, 0.3]) / np.linalg.norm([0.5, -0.1, 0.7, 0.3])
     scene = top(inertia, [0.9, -1.4, 0.6], q0, dt, 2.0) | {"solver": {"step_tolerance": 1e-11}}
@@ -151,7 +151,7 @@ def test_heave_period(C_A):
 
 @pytest.mark.parametrize("C_A", ["0", "0.3", "1"])
 def test_pitch_period(C_A):
-    """Small pitch: the restoring moment of the water plane and the added moment of inertia."""
+    """Small pitch: restoring moment of the water plane and added moment of inertia."""
     draft, half = BUOY["cylinder"]["draft"], np.radians(0.5) / 2
 
     def pitch(dt):

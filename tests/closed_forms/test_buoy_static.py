@@ -1,4 +1,4 @@
-"""Moored equilibria of the reference cylinders in current and under an external force.
+"""Moored equilibria of the reference cylinders in a current and under an external force.
 
 Source: equilibria of tests/reference (scipy/mpmath, two methods).
 """
@@ -16,7 +16,7 @@ CASES = reference("buoy_statics")["moored_equilibria"]
 
 
 def moored(name, degrees, elements):
-    """Scene of a case; the reference has its origin at the anchor, here the water is at z = 0."""
+    """Scene of a case; the reference's origin is the anchor, here the water is at z = 0."""
     case, short = CASES[name], name.startswith("A")
     length, weight, depth = (22.0, 220.212800751986, 20.0) if short else (750.0, 40.68980075198597, 700.0)
     cable = {"length": length, "line_density": weight / 9.81 + 1025 * math.pi * 0.08**2 / 4, "diameter": 0.08}
@@ -32,7 +32,7 @@ def moored(name, degrees, elements):
 
 
 def errors(name, result):
-    """Of mooring point and C [m], tilt [deg], and relative ones of tensions and displaced mass."""
+    """Errors of mooring point and C [m], tilt [deg], and relative errors of tensions and displaced mass."""
     case, origin = CASES[name], np.array([0, 0, 20.0 if name.startswith("A") else 700.0])
     return {
         "keel": np.abs(result.mooring_point.values + origin - case["keel_pos"]).max(),
@@ -46,7 +46,7 @@ def errors(name, result):
 
 @pytest.mark.parametrize("name", CASES)
 def test_equilibrium_of_the_reference(name):
-    """The drag of the reference acts in B on the wet length, here on the wet diameter of every strip."""
+    """The reference's drag acts in B over the wet length, here on the wet diameter of every strip."""
     tolerances = {"keel": 5e-5, "C": 5e-5, "tilt": 2e-3, "top": 5e-7, "anchor": 1e-3, "mass": 3e-7}
     result = solve_static(moored(name, (3, 2), 64))
     for key, error in errors(name, result).items():
@@ -70,7 +70,7 @@ def test_mooring_point_converges_with_the_cable_mesh(name):
 
 
 def test_equilibrium_turns_with_the_loads():
-    """Current and force turned by 50 degrees about z: everything else turns with them."""
+    """With current and force rotated by 50 degrees about z, everything else rotates too."""
     scene = moored("A_U1_F1000_atC", (1, 0), 16)
     angle = math.radians(50)
     turned = moored("A_U1_F1000_atC", (1, 0), 16)
@@ -86,7 +86,7 @@ def test_equilibrium_turns_with_the_loads():
 
 
 def test_free_buoy_floats_at_its_draft():
-    """Without a cable: upright in still water, whatever pushes it sideways."""
+    """Without a cable: upright in still water, under any horizontal force."""
     b = reference("buoy_statics")["buoyB_long"]
     result = solve_static({"sea": {"depth": 60.0}, "buoy": reference_buoy("buoyB_long")})
     assert pytest.approx(b["M"], rel=1e-8) == float(result.displaced_mass)
@@ -98,7 +98,7 @@ def test_free_buoy_floats_at_its_draft():
 @pytest.mark.parametrize("EA", [100.0, float("inf")])
 @pytest.mark.parametrize("sea", [False, True])
 def test_weightless(sea, EA, elements):
-    """Without gravity and other loads nothing says where a moored buoy is; under one force its cable is straight."""
+    """Without gravity and loads a moored buoy's position is undetermined; under one force its cable is straight."""
     scene = {
         "gravity": 0.0,
         "cable": {"length": 2.0, "line_density": 1.0, "axial_stiffness": EA, "elements": elements},

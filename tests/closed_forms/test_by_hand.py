@@ -1,4 +1,4 @@
-"""Numbers by which scenes are judged and parts of models are joined, each alone, without a run.
+"""Functions behind warnings and models, each called alone, without a run.
 
 Source: the same numbers by hand.
 """
@@ -59,7 +59,7 @@ HELD = {"top": {"kind": "fixed", "position": [0.0, 0.0, -12.0]}}
 
 
 def test_slope_near_a_sample_is_that_of_its_elevation():
-    """By differences, which are exact for a parabola."""
+    """By finite differences, which are exact for a parabola."""
     numbers = np.random.default_rng(1).uniform(-1, 1, sea.LARGE)
     samples = sea.Samples(ufl.as_vector(numbers.tolist()), 30.0)
 
@@ -138,7 +138,7 @@ def test_the_highest_place_of_an_end_that_moves(top, highest):
 
 
 def test_current_as_a_wave_feels_it():
-    """Kirby and Chen's mean, its cosh written as it is."""
+    """Kirby and Chen's mean, with its cosh evaluated directly."""
     current = {"speed": 2.0, "profile": "power", "direction_deg": 60.0}
     scene, k, h = load_scene({"sea": SEA, "cable": CABLE | HELD, "current": current}), 0.04, 30.0
 
@@ -192,7 +192,7 @@ def test_growth_may_make_an_effective_mass_negative():
 
 
 def test_weight_of_segments_down_to_the_bed():
-    """Of 10 m and 20 m on a bed 25 m below the water, at least all of the upper one and 15 m of the lower one."""
+    """Of 10 m and 20 m, on a bed at 25 m depth: at least the whole upper one and 15 m of the lower one."""
     piece = {key: CABLE[key] for key in ("diameter", "axial_stiffness", "elements")}
     segments = [piece | {"length": 20.0, "line_density": 9.0}, piece | {"length": 10.0, "line_density": 4.0}]
     scene = load_scene({"gravity": 10.0, "sea": SEA | {"depth": 25.0}, "cable": {"segments": segments}, "buoy": FLOAT})
@@ -230,7 +230,7 @@ def test_growth_of_all_elements_on_a_metre():
 
 @pytest.mark.parametrize(("end", "largest"), [(500.0, 50.0), (4.0, 1.0), (1e5, 100.0)])
 def test_the_largest_step_of_a_run_that_adapts(end, largest):
-    """100 steps, a tenth of the run at most, not less than the first; the smallest is its ten thousandth."""
+    """100 steps, at most a tenth of the run, at least the first; the smallest is a ten-thousandth of it."""
     time = {"end": end, "step": 1.0, "scheme": "bdf2", "tolerance": 1e-3}
     run = Fake(scene=load_scene({"cable": CABLE | HELD, "time": time}), scheme=Fake(order=2))
     control = Simulation._make_control(run)
@@ -260,7 +260,7 @@ def test_a_strut_is_propped_at_its_length():
 
 
 def test_a_line_that_begins_under_the_bed_hangs_free_of_it():
-    """Only what dips deeper than its ends is contact."""
+    """Contact is only where it dips below its ends."""
     bed = on_bed.Bed(on_bed.UP, 0.0)
     assert isinstance(on_bed.between(np.array([0.0, 0, -1]), np.array([60.0, 0, 79]), 101.0, 5.0, 1e6, bed), Catenary)
     assert not isinstance(on_bed.between(np.zeros(3), np.array([60.0, 0, 30]), 80.0, 5.0, 1e6, bed), Catenary)
@@ -328,14 +328,14 @@ def test_a_buoy_that_moves_or_turns_is_not_at_rest(name):
 
 
 def test_faces_of_a_hull_that_widens_and_narrows():
-    """Squares of the radii in the place of areas."""
+    """Squared radii instead of areas."""
     heights, areas = _faces(Fake(stations=((0.0, 2.0), (1.0, 4.0), (3.0, 0.0))))
     assert (heights.tolist(), areas.tolist()) == ([0.0, 0.5, 2.0, 3.0], [1.0, 3.0, 4.0, 0.0])
 
 
 @pytest.mark.parametrize(("orientation", "z", "low"), [(UPRIGHT, 0.25, -0.75), (UPSIDE_DOWN, 0.5, -0.5)])
 def test_the_wet_axis_of_a_hull_either_way_up(orientation, z, low):
-    """The points are Gauss's of what is under water, and the wet end."""
+    """Gauss points of the submerged part, and the wet end."""
     shape = Fake(stations=((0.0, 2.0), (2.0, 2.0)), height=2.0)
     body = Body("buoy", np.arange(13), np.array([0.0, 0.0, z]), orientation, 1.0, np.eye(3))
     heights = np.sort(_WetAxis(body, Fake(shape=shape, mass=Fake(height=1.0))).points[:, 2])
@@ -399,7 +399,7 @@ def test_a_line_from_fairlead_to_fairlead():
 
 
 def test_what_a_study_keeps_of_a_scene():
-    """Its own largest step, and the longest of its ramps."""
+    """Its own largest step, and its longest ramp."""
     time = {"end": 100.0, "step": 0.1, "scheme": "bdf2", "tolerance": 1e-3, "max_step": 2.0}
     moved = {"kind": "prescribed", "amplitude": [0, 0, 1], "period": 5.0, "position": [0, 0, -12.0]}
     cables = [CABLE | {"name": name, "top": moved | {"ramp": ramp}} for name, ramp in (("a", 1.0), ("b", 3.0))]

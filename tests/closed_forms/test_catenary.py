@@ -1,6 +1,6 @@
 """The closed-form catenary against values computed outside this project.
 
-Source: tests/reference (scipy/mpmath, two methods), a spring by hand.
+Source: tests/reference (scipy/mpmath, two methods); a spring by hand.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def world(x, z):
 
 
 def check_table(shape, values, rel):
-    """Position and tension along the cable; rounding of z is that of the length."""
+    """Position and tension along the cable; rounding of z relative to the length."""
     L, table = values["L"], values["table"]
     assert len(table) >= 5
     s = np.array([row["s"] for row in table])
@@ -70,7 +70,7 @@ def test_vertical_elastic_cable():
 
 
 def test_cable_that_floats():
-    """Lighter than water: the mirror image, above its chord."""
+    """Lighter than water: the mirror image, above the chord."""
     values = CASES["buoyant_0.6_0.5"]
     shape = catenary.between(START, world(0.6, 0.5), 1.0, -1.0, np.inf)
     assert pytest.approx(values["H"], rel=1e-12) == shape.H

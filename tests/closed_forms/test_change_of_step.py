@@ -1,6 +1,6 @@
-"""What a start and a change of step do to the tension, what schemes remember, and energy over many steps.
+"""Time schemes at the start of a run and at a change of step: tension, histories, and energy over many steps.
 
-Source: runs that start exactly, Richardson's limit, polynomials, decays in closed form.
+Source: runs with exact starting values, Richardson extrapolation, polynomials, decays in closed form.
 """
 
 import itertools
@@ -27,7 +27,7 @@ def tensions(scene, steps, tamper=None):
 
 
 def forget_acceleration(simulation):
-    """Start as if at rest: what a start that solves for nothing would do."""
+    """Start with zero acceleration, as if no initial problem were solved."""
     for series in simulation.past.series:
         series.second = np.zeros_like(series.second)
         series.rate = np.zeros_like(series.rate)
@@ -39,7 +39,7 @@ def ringing(T):
 
 
 def test_generalized_alpha_starts_without_ringing():
-    """Released rods: with acceleration and tension of the start the tension is right from the first step on."""
+    """Released rods: with consistent acceleration and tension, the tension is right from the first step."""
     step, count = 0.01, 24
     fine = tensions(two_rods("generalized-alpha", step / 16), [step / 16] * 16 * count)[15::16]
     good = tensions(two_rods("generalized-alpha", step), [step] * count)
@@ -61,7 +61,7 @@ def at_change():
 
 
 def errors_after_change(scheme, factor, right, counts=(40, 80, 160, 320)):
-    """Error of the tension in the first step of `factor` times the size, after so many steps of equal size."""
+    """Error of the tension in the first step of `factor` times the size, after several equal steps."""
     sizes = [(n, CHANGE / (n + factor)) for n in counts]
     return np.array([tensions(two_rods(scheme, h), [h] * n + [factor * h])[-1] - right for n, h in sizes])
 
@@ -69,7 +69,7 @@ def errors_after_change(scheme, factor, right, counts=(40, 80, 160, 320)):
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
-    """It is of the scheme's order in the first step of another size (of order 1 at least: generalized-alpha)."""
+    """It has the scheme's order in the first step of a new size (order 1 at least: generalized-alpha)."""
     order = 1 if scheme == "generalized-alpha" else SCHEMES[scheme]
     errors = errors_after_change(scheme, factor, at_change)
     assert np.all(rates(np.abs(errors)) > order - 0.35), f"{errors}"
@@ -87,7 +87,7 @@ def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
     [(1, [0.7, -1.3], 5), (2, [0.7, -1.3, 0.4, 2.1], 5), (1, [0.7, -1.3], 1), (2, [0.7, -1.3], 2)],
 )
 def test_resampling_is_exact_for_polynomials(order, coefficients, count, lagged):
-    """y, or with a lag y - lag h^p y^(p), of degree below 2 p: told as if it had been made at that step."""
+    """y, or with a lag y - lag h^p y^(p), of degree below 2 p, as if computed with that step."""
     y, lag, h0 = np.polynomial.Polynomial(coefficients), 0.3, 0.2
     rate = y.deriv(order)
 
@@ -105,7 +105,7 @@ def test_resampling_is_exact_for_polynomials(order, coefficients, count, lagged)
 
 
 def test_noise_has_no_derivative():
-    """Velocities that alternate behind an impact stay as large as they are, from change to change of the step."""
+    """Velocities alternating after an impact stay of the same size through changes of step."""
     noise, series = np.array([1.0, -0.6, 0.0]), Series(np.zeros(3), np.zeros(3), True)
     series.values, series.step = [noise * (-1) ** j for j in range(5)], 0.1
     for factor in (2.0, 2.0, 0.5, 0.5) * 3:
@@ -155,7 +155,7 @@ def decay(scheme, steps):
 @pytest.mark.parametrize("before", [1, 2, 3, 4])
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_step_longer_than_the_past(scheme, before):
-    """Ten times the size of so few steps before it: its local error has the scheme's order at least."""
+    """Ten times the few steps before it: the local error has at least the scheme's order."""
     errors = [decay(make_scheme(scheme), [h] * before + [10 * h]) for h in (0.01, 0.005, 0.0025)]
     assert np.all(rates(errors) > SCHEMES[scheme] + 0.8), errors
 
@@ -176,7 +176,7 @@ def late_rates(forget, h, count=20):
 
 
 def test_generalized_alpha_does_not_ring_after_a_forgotten_past():
-    """Its auxiliary rate, y_t at t + (alpha_f - alpha_m) h, is taken along: -y exp(...) up to the second order."""
+    """Its auxiliary rate, y_t at t + (alpha_f - alpha_m) h, is kept: -y exp(...) to second order."""
     scheme, h = GeneralizedAlpha(0.8), 0.01
     exact = -np.exp((scheme.alpha_m - scheme.alpha_f) * h / 10)
     assert np.abs(late_rates(True, h) - exact).max() < 1e-4
@@ -192,7 +192,7 @@ def energy(simulation):
 
 
 def energy_history(scheme, step=0.01, end=10.0):
-    """Energy of three rods after every step, over what their release sets free."""
+    """Energy of three rods after every step, relative to the energy released."""
     with running(rods(np.radians([60.0, 20.0, -30.0]), scheme, step)) as simulation:
         values = [energy(simulation)]
         for _ in range(round(end / step)):
@@ -202,7 +202,7 @@ def energy_history(scheme, step=0.01, end=10.0):
 
 
 def test_energy_over_ten_seconds():
-    """A free chain of rods: generalized-alpha keeps its energy, BDF2 loses some of it, backward Euler nearly all."""
+    """A free chain of rods: generalized-alpha conserves energy, BDF2 loses some, backward Euler nearly all."""
     kept, bdf2, euler = (energy_history(scheme) for scheme in ("generalized-alpha", "bdf2", "backward-euler"))
     assert abs(kept[-200:].mean()) < 0.01
     assert np.abs(kept).max() < 0.1

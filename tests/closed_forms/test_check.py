@@ -1,6 +1,6 @@
-"""Every number of `check`, by hand: weights, drafts, metacentres, periods, waves, step limits, what a scheme leaves.
+"""Every number `check` prints: weights, drafts, metacentres, periods, waves, step limits, numerical damping.
 
-Source: closed forms of a floating cylinder, a hanging cable and a linear wave, written again here.
+Source: closed forms of a floating cylinder, a hanging cable and a linear wave, programmed again here.
 """
 
 import math
@@ -101,7 +101,7 @@ def test_explicit_limit_is_that_of_the_shortest_element():
 
 
 def test_floating(moored):
-    """The hanging cable is that between bed and buoy and half of what is left of it."""
+    """The suspended length is that between bed and buoy, plus half of the remainder."""
     numbers, _ = moored
     pull = WEIGHT * (30 + DEPTH) / 2
     assert numbers["buoy mass with point masses"] == pytest.approx(MASS)
@@ -114,7 +114,7 @@ def test_floating(moored):
 
 
 def test_floating_on_a_chain_that_lies():
-    """On a bed only what stands between it and the buoy hangs from the buoy; the rest in still water says so too."""
+    """On a bed the buoy carries only the suspended part; the equilibrium in still water agrees."""
     scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")}
     scene |= {"seabed": {}, "cable": CABLE | {"length": 36.0, "elements": 72}}
     numbers, _ = numbers_of(scene)
@@ -126,7 +126,7 @@ def test_floating_on_a_chain_that_lies():
 
 
 def test_periods_of_the_buoy():
-    """Heave with the added mass along the axis, of the bottom disc; pitch about the point that stays where it is."""
+    """Heave with the axial added mass of the bottom disc; pitch about the stationary point."""
     free = {key: value for key, value in MOORED.items() if key in ("gravity", "sea", "buoy")}
     _, report = numbers_of(free)
     draft, KB, GM = floating(MASS)
@@ -141,7 +141,7 @@ def test_periods_of_the_buoy():
 
 
 def test_periods_of_a_moored_buoy(moored):
-    """As the study of the hull has them: near the free ones in heave, with a slow surge on the cable."""
+    """As in the hull study: near the free ones in heave, with a slow surge on the cable."""
     _, report = moored
     assert report.periods == report.periods | {
         f"buoy, {k}": v.period for k, v in buoy_periods(load_scene(MOORED)).items()
@@ -150,7 +150,7 @@ def test_periods_of_a_moored_buoy(moored):
 
 
 def test_heave_damping_of_drag():
-    """8/(3 pi) of the drag at the wave's speed, on the disc below; radiated waves come with wave_damping."""
+    """8/(3 pi) of the drag at the wave's velocity, on the bottom disc; radiation damping if wave_damping is given."""
     free = {key: value for key, value in MOORED.items() if key in ("gravity", "sea")}
     free |= {"buoy": BUOY | {"axial_drag": 0.7}, "waves": {"amplitude": 0.8, "period": 6.0}}
     drag = 8 / (3 * math.pi) * 0.5 * RHO * 0.7 * PLANE * 2 * math.pi / 6 * 0.8
@@ -161,7 +161,7 @@ def test_heave_damping_of_drag():
 
 
 def test_a_taut_cable_and_one_that_is_too_short():
-    """Drafts on a cable that holds the buoy down, and no draft at all for a buoy that is drowned."""
+    """Drafts with a cable that holds the buoy down, and none for a submerged buoy."""
     scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")}
     for length in (23.0, 16.0):
         numbers, _ = numbers_of(scene | {"cable": scene["cable"] | {"length": length}})
@@ -184,7 +184,7 @@ def test_a_taut_cable_and_one_that_is_too_short():
 
 @pytest.mark.parametrize("height", [-0.4, 0.0, 1.7])
 def test_a_pull_rights_below_and_upsets_above(height):
-    """Righting lever of a small tilt: buoyancy at the metacentre, weight at C, pull at its own point."""
+    """Righting lever at small tilt: buoyancy at the metacentre, weight at C, pull at its point of attachment."""
     buoy = load_scene(MOORED).network.buoys["buoy"]
     shape, mass = shape_of(buoy), mass_properties(buoy)
     found = float_upright(shape, mass, RHO, G, 5e3, height)
@@ -196,7 +196,7 @@ def test_a_pull_rights_below_and_upsets_above(height):
 
 
 def test_what_heels_over_and_what_is_too_long():
-    """A pull high above the keel makes GM negative, said with its number; the slack of the cable is named."""
+    """A pull high above the keel makes GM negative, reported with its value; a warning about a slack cable."""
     high = {"buoy": BUOY | {"mooring_height": 2.9, "point_masses": [{"mass": 700.0, "height": 3.9}]}}
     scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")} | high
     scene["initial"] = {"kind": "straight", "buoy_position": [3.0, -2.0, 4.0]}
@@ -209,7 +209,7 @@ def test_what_heels_over_and_what_is_too_long():
 
 
 def test_equilibrium(moored):
-    """What is shown of the equilibrium is the equilibrium."""
+    """The values shown are those of the equilibrium."""
     numbers, _ = moored
     rest = solve_static(MOORED)
     x, y, z = rest.buoy_position.values
@@ -245,7 +245,7 @@ def test_hanging_cable():
 
 
 def test_cable_below_the_bed_and_under_pressure():
-    """How deep a slack cable hangs below the sea bed; the smallest tension where it is pushed."""
+    """Depth of a slack cable below the sea bed; the smallest tension where it is compressed."""
     top = {"kind": "fixed", "position": [12.0, 0.0, -4.0]}
     scene = {"gravity": G, "sea": {"depth": 20.0, "density": RHO}, "cable": CABLE | {"top": top}}
     _, report = numbers_of(scene)
@@ -266,7 +266,7 @@ SNAP = "pull of a snap at a held end per m/s"
 @pytest.mark.parametrize("slack", ["tension-only", "compressive"])
 @pytest.mark.parametrize(("damping", "step"), [(0.0, 0.05), (0.0, 0.017), (0.0, 0.01), (8e4, 0.05), (8e4, 0.01)])
 def test_snaps(slack, damping, step):
-    """c/EA, Z = sqrt(EA rho0) and the 167 ms of a wave along 30 m and back; who is warned, of what, in two digits."""
+    """c/EA, Z = sqrt(EA rho0) and the 167 ms of a wave along 30 m and back; warnings and their values to two digits."""
     cable = CABLE | {"slack": slack, "damping": damping, "top": {"kind": "fixed", "position": [20.0, 0.0, -3.0]}}
     time = {"end": 1.0, "step": step}
     numbers, report = numbers_of({"sea": {"depth": DEPTH, "density": RHO}, "cable": cable, "time": time})
@@ -292,7 +292,7 @@ def test_snaps(slack, damping, step):
 
 @pytest.mark.parametrize(("depth", "slack"), [(10.0, "compressive"), (10.0, "tension-only"), (24.0, "compressive")])
 def test_who_lies_undamped(depth, slack):
-    """One word about a line on a bed, or that can go slack, and none about one that hangs over it."""
+    """One warning about a line on a bed, or one that can go slack; none about one hanging above the bed."""
     cable = CABLE | {"slack": slack, "elements": 30, "top": {"kind": "fixed", "position": [26.0, 0.0, 0.0]}}
     if depth == 24.0:
         cable |= {"anchor": [0.0, 0.0, -5.0]}
@@ -335,7 +335,7 @@ def test_waves(depth):
 
 @pytest.mark.parametrize(("factor", "warns"), [(1.15, True), (0.95, False), (0.88, True)])
 def test_given_wavelength(factor, warns):
-    """Its mismatch in per cent of what dispersion gives, with its sign."""
+    """Its signed difference in per cent from the dispersion relation."""
     exact = waves(7.0, amplitude=0.1, period=4.0)[0]["wavelength"]
     numbers, report = waves(7.0, amplitude=0.1, period=4.0, wavelength=factor * exact)
     assert numbers["dispersion mismatch of wavelength"] == pytest.approx(100 * (factor - 1))
@@ -346,7 +346,7 @@ def test_given_wavelength(factor, warns):
 
 
 def test_buoy_in_waves():
-    """Diameter over wavelength, with a warning from 0.2 on, and its Keulegan-Carpenter number."""
+    """Diameter over wavelength, with a warning from 0.2, and the Keulegan-Carpenter number."""
     for wavelength, warns in ((10.9, True), (11.1, False)):
         scene = {key: MOORED[key] for key in ("gravity", "sea", "buoy")}
         scene |= {"waves": {"amplitude": 0.2, "period": 2.4, "wavelength": wavelength}}
@@ -369,7 +369,7 @@ def test_tolerances(moored):
 
 
 def test_what_the_scheme_leaves():
-    """Backward Euler: (1 + (omega dt)^2)^(-1/2) in each of the steps of the run."""
+    """Backward Euler: (1 + (omega dt)^2)^(-1/2) for each step of the run."""
     scene = load_scene(MOORED | {"time": {"end": 17.0, "step": 0.02}})
     expected = (1 + (2 * math.pi / 3.1 * 0.02) ** 2) ** (-0.5 * 850)
     assert remaining_amplitude(3.1, scene) == pytest.approx(expected)
@@ -378,7 +378,7 @@ def test_what_the_scheme_leaves():
 
 @pytest.mark.parametrize(("ends", "said"), [((0.0, 0.0), True), ((-0.3, 1.3), False)])
 def test_a_motion_that_swings_beyond_its_rows(ends, said):
-    """By as much as the path itself, looked at closely; not where rows stand where it turns."""
+    """Overshoot of the path between rows, in close-up; none if rows are given at the turning points."""
     rows = [[0.0, 0, 0, ends[0]], [1.0, 0, 0, 0.0], [2.0, 0, 0, 1.0], [3.0, 0, 0, ends[1] or 1.0]]
     top = {"kind": "prescribed", "position": [0.0, 0.0, 9.0], "motion": rows}
     scene = load_scene({"cable": {"length": 10.0, "line_density": 1.0, "axial_stiffness": 1e5, "top": top}})
@@ -392,7 +392,7 @@ def test_a_motion_that_swings_beyond_its_rows(ends, said):
 
 
 def test_a_start_that_no_line_can_have_is_refused():
-    """Straight from end to end, which an inextensible line of another length cannot be."""
+    """Straight between its ends, impossible for an inextensible line of another length."""
     line = {"from": [0.0, 0.0, 0.0], "length": 10.0, "line_density": 1.0, "to": [0.0, 0.0, 9.0]}
     with pytest.raises(InputError, match="initial"):
         check({"cable": [line | {"axial_stiffness": math.inf}], "initial": {"kind": "straight"}})

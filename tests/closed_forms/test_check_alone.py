@@ -1,6 +1,6 @@
-"""Numbers and warnings of `check`, each function alone on made-up states: at their limits, and on both sides of them.
+"""Numbers and warnings of `check`: each function alone on made-up states, at its thresholds and on both sides of them.
 
-Source: the same numbers by hand: scales of beams, strings, springs and waves in deep water.
+Source: hand calculations with the scales of beams, strings, springs and waves in deep water.
 """
 
 import cmath
@@ -26,7 +26,7 @@ HULL = HullShape(((0.0, 2.0), (2.0, 2.0)))
 
 
 class Ranks:
-    """A communicator of one rank that tells how numbers of ranks would be put together."""
+    """A communicator of one rank that reports how ranks' numbers would be combined."""
 
     rank, size = 0, 1
 
@@ -39,7 +39,7 @@ class Ranks:
 
 
 def between(low, high, **more):
-    """A line that is held at both ends, in 40 m of water of 1000 kg/m^3."""
+    """A line held at both ends, in 40 m of water of 1000 kg/m^3."""
     cable = LINE | {"from": low, "to": high} | more
     return load_scene({"gravity": 10.0, "sea": {"depth": 40.0, "density": 1000.0}, "cable": cable})
 
@@ -56,7 +56,7 @@ def upright(**more):
 
 
 def test_seconds_of_a_step():
-    """30 us, 30 us a buoy, 1 us a degree of an element, 0.3 us a component of a sea."""
+    """30 us, plus 30 us per buoy, 1 us per degree of an element, 0.3 us per wave component."""
     rows = [[0.2, 3.0, 0.0, 0.0], [0.5, 6.0, 0.0, 0.0]]
     high = {"cable.position_degree": 2, "cable.tension_degree": 1}
     for scene, seconds in (
@@ -205,7 +205,7 @@ def test_a_line_is_stretched_beyond_what_it_is_known_for():
 
 @pytest.mark.parametrize(("rise", "said"), [(0.0199, False), (0.0201, True), (1.0, True)])
 def test_a_light_line_rises_above_its_ends(rise, said):
-    """By more than a thousandth of its length, above the upper one, which is its first."""
+    """By more than a thousandth of its length, above the upper end, here its first."""
     scene, z = between([0, 0, -2.0], [9.0, 0, -12.0]), [-2.0, -2.0 + rise, -3.0, -12.0]
     dofs, u = np.arange(12).reshape(4, 3), np.zeros(12)
     u[dofs[:, 2]] = z
@@ -262,7 +262,7 @@ def test_a_line_that_hangs_below_where_the_bed_would_be(lowest, weight, length, 
     ],
 )
 def test_periods_of_a_taut_line_across(bed, grown, tension, travel):
-    """T_n = 2/n int sqrt(m/T) ds of what swings, with the water it moves; a slack one has none."""
+    """T_n = 2/n int sqrt(m/T) ds of the free part, with its added mass; a slack line has none."""
     scene = between([0, 0, -30.0], [9.0, 0, -20.0], line_density=50.0, added_mass=1.5)
     growth = None if grown is None else Fake(factors=np.array([grown, grown]))
     taut = Fake(
@@ -290,7 +290,7 @@ def test_periods_of_a_taut_line_across(bed, grown, tension, travel):
     ],
 )
 def test_elements_where_a_line_touches_down(degree, h, length, rows, said):
-    """0.28 of the radius of the bend there, 0.45 of higher degrees; of 5000 elements at most."""
+    """0.28 of the radius of curvature there, 0.45 for higher degrees; at most 5000 elements."""
     ends = np.array([[100.0, 100.0 + h], [100.0 + h, 100.0 + h + 9.0], [0.0, 99.0]])
     touching = Fake(cell_ends=ends, begins=[0.0, 100.0], line_of_cell=np.array([1, 1, 0]))
     section = Fake(elements=8, position_degree=degree, axial_stiffness=1e6, length=length)
@@ -329,7 +329,7 @@ def test_materials_make_parts_of_a_cable():
     ],
 )
 def test_what_is_out_of_the_water(monkeypatch, dry, may, rows, said):
-    """Of elements that cross the surface the part above it, of a line that lies in it nothing."""
+    """For elements crossing the surface the part above it, for a line lying in it nothing."""
     ends = [{"name": "a", "from": [0, 0, -9.0], "to": [9, 0, 0]}, {"name": "b", "from": [0, 0, -9.0], "to": [-9, 0, 0]}]
     sea = {"sea": {"depth": 40.0}}
     scene = load_scene(sea | {"cable": [{**LINE, **end} for end in ends]})
@@ -376,7 +376,7 @@ def test_a_bar_of_a_buoy_is_no_line_and_hides_none():
     [(0.028, 0.0, 1), (0.0281, 0.0, 2), (1.0, 3.0, 0)],
 )
 def test_a_snap_of_a_rope(step, damping, said):
-    """An end that stops v pulls by sqrt(EA m) v until the wave is back; a tenth of that time shows its peak."""
+    """An end stopped from v is pulled by sqrt(EA m) v until the wave returns; a tenth of that time shows its peak."""
     scene = between([0, 0, -30.0], [9.0, 0, -20.0], slack="tension-only", damping=damping)
     scene = load_scene(scene, time={"end": 1.0, "step": step})
     report = Report([])

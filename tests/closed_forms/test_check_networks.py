@@ -1,6 +1,6 @@
-"""What `check` says of several lines, pieces and buoys: what it says of one, of each by its name.
+"""`check` of several lines, segments and buoys reports for each, by name, what it reports for one alone.
 
-Source: the closed forms of test_check, equilibria of `static`, and the same buoy or line alone.
+Source: the closed forms of test_check, equilibria of `static`, the same buoy or line alone.
 """
 
 import math
@@ -38,7 +38,7 @@ LEGS = {
 
 
 def test_a_buoy_under_the_pull_of_its_legs():
-    """Between three legs in still water it floats as deep as at rest; its GM is that of their pull at 0.35 m."""
+    """Between three legs in still water its draft is that at rest; its GM is that with their pull at 0.35 m."""
     numbers, report = numbers_of(LEGS)
     rest = solve_static(LEGS)
     pull = float(rest.displaced_mass) * G - MASS * G
@@ -71,7 +71,7 @@ def test_rows_of_every_line():
 
 
 def test_pieces_of_other_materials():
-    """Parts of one material are one; what lies between them and others has its own rows."""
+    """Parts of one material count as one; material between them has its own rows."""
     rope = {"length": 10.0, "elements": 4}
     segments = [rope, rope, rope | {"line_density": 40.0, "elements": 2}]
     line = {key: value for key, value in MOORED["cable"].items() if key not in ("length", "elements")}
@@ -86,7 +86,7 @@ def test_pieces_of_other_materials():
 
 
 def test_a_material_by_its_name_hides_nothing():
-    """Rows, periods and warnings of the same keys in [cable] and in a [material.NAME]."""
+    """Equal rows, periods and warnings for keys in [cable] and in [material.NAME]."""
     keys = ("line_density", "diameter", "axial_stiffness", "added_mass", "normal_drag")
     own, line = {key: MOORED["cable"][key] for key in keys}, MOORED["cable"]
     named = {key: value for key, value in line.items() if key not in keys} | {"material": "chain"}
@@ -100,7 +100,7 @@ def test_a_material_by_its_name_hides_nothing():
 
 
 def test_buoys_without_a_cable():
-    """Each by its name: draft and metacentre, and its own periods, those of the buoy that is alone."""
+    """Each by name: draft, metacentre and periods as for a single buoy."""
     alone = {key: MOORED[key] for key in ("gravity", "sea")} | {"waves": {"amplitude": 0.2, "period": 5.0}}
     light = BUOY | {"mass": 1500.0, "inertia": [1200.0, 700.0]}
     numbers, report = numbers_of(alone | {"buoy": [BUOY | {"name": "one"}, light | {"name": "other"}]})

@@ -1,7 +1,7 @@
-"""Rows of `check` that few scenes have: extremes of a sea, fatigue of each segment, growth, lines that partly lie.
+"""Rarer rows of `check`: extremes of a sea, fatigue of each segment, growth, partly grounded lines.
 
-Source: the asymptotic distribution of the largest of N Rayleigh crests, moments of JONSWAP by quadrature, tables of
-API and DNV by hand, T_n = 2/n int sqrt(m/T) ds of catenaries in closed form.
+Source: the asymptotic distribution of the largest of N Rayleigh crests, moments of JONSWAP by quadrature, tables of API
+and DNV by hand, T_n = 2/n int sqrt(m/T) ds of catenaries in closed form.
 """
 
 import math
@@ -89,7 +89,7 @@ def test_the_scatter_of_a_run():
 
 @pytest.mark.parametrize(("share", "word"), [(1.2, "above"), (0.9, "below")])
 def test_a_prescribed_crest_beside_the_usual_one(share, word):
-    """In standard deviations of the largest of 3 h; the higher of both is what steepness is judged by."""
+    """In standard deviations of the largest of 3 h; steepness is judged by the higher of the two."""
     rows, _ = said_of(SEA)
     usual, _, remark = rows["largest crest in 3 h"]
     crest = share * usual
@@ -168,7 +168,7 @@ def test_references_without_a_section_on_fatigue():
 
 
 def test_parts_of_one_material_are_one_line():
-    """With the length of all their pieces and the name of the first; a cable of one material has its own name."""
+    """With the length of all pieces and the name of the first; a cable of one material has its own name."""
     rope = {"line_density": 9.0, "diameter": 0.05, "axial_stiffness": 1e6}
     scene = load_scene({
         "sea": {"depth": 20.0},
@@ -192,7 +192,7 @@ def test_parts_of_one_material_are_one_line():
 
 @pytest.mark.parametrize("pieces", [1, 2])
 def test_what_lies_does_not_swing(pieces):
-    """Periods of the part that hangs: 2/n int sqrt(m/T) ds, T of the catenary; the same of two segments of one line."""
+    """Periods of the suspended part: 2/n int sqrt(m/T) ds, T of the catenary; equal for two segments of one line."""
     w, H, m, added = 900.0, 40e3, 120.0, 0.8
     d = math.sqrt((m - w / G) / RHO * 4 / math.pi)
     height = 30.0
@@ -232,7 +232,7 @@ def test_growth_of_each_segment():
 
 
 def test_the_middle_of_the_anchors_whichever_way_lines_were_drawn():
-    """From the buoy to its anchor, or from the anchor to the buoy."""
+    """Lines from buoy to anchor, or from anchor to buoy."""
     line = {"line_density": 9.0, "diameter": 0.05, "axial_stiffness": 1e6, "length": 40.0, "elements": 6}
     scene = {
         "sea": {"depth": 20.0},
@@ -251,7 +251,7 @@ def test_the_middle_of_the_anchors_whichever_way_lines_were_drawn():
 
 
 def test_periods_of_a_line_with_growth():
-    """m heavier + C_A rho A thicker^2, and the tension that its weight leaves."""
+    """m times the mass factor + C_A rho A times the squared diameter factor, with the remaining tension."""
     table = [[-60.0, 1.5, 1.2], [0.0, 1.5, 1.2]]
     line = {"length": 40.0, "line_density": 15.0, "diameter": 0.05, "axial_stiffness": 5e9, "added_mass": 0.8}
     line |= {"elements": 16, "marine_growth": table, "anchor": [0.0, 0.0, -50.0]}

@@ -1,6 +1,6 @@
-"""What `check` says of an irregular sea: height, periods, what is cut off, when it repeats, short components, current.
+"""`check` of an irregular sea: height, periods, cut-off, repeat period, short components, current.
 
-Source: moments of tests/reference/sea.json, dispersion in deep water and Doppler's shift by hand.
+Source: moments in tests/reference/sea.json; dispersion in deep water and the Doppler shift by hand.
 """
 
 import math
@@ -51,7 +51,7 @@ def test_what_is_cut_off(n):
 
 
 def test_when_the_sea_repeats():
-    """Bins of equal energy never; a record after its length, a step behind its last instant."""
+    """Bins of equal energy never; a record after its length, one step after its last instant."""
     assert said_of(JONSWAP)["the sea repeats after"][0] == math.inf
     t = 0.5 * np.arange(240)
     found = said_of({"elevation": np.column_stack([t, np.cos(1.1 * t)]).tolist()})
@@ -70,7 +70,7 @@ def test_short_components():
 
 @pytest.mark.parametrize("direction", [0.0, 150.0])
 def test_who_sees_the_period(direction):
-    """omega = sigma + k U: one sentence says who, and what the other sees."""
+    """omega = sigma + k U: one message says in which frame the period is given, and its value in the other."""
     waves = {"amplitude": 0.5, "period": 5.0, "direction_deg": direction}
     shift = (2 * math.pi / 5) * 0.9 / G * math.cos(math.radians(direction))  # k U/sigma in deep water
     for seen, words in (

@@ -1,4 +1,4 @@
-"""`check` from Python, and its sentences about scenes that would run and mean nothing, each with its numbers.
+"""`check` from Python, and its warnings about scenes that would run but give meaningless results, with their numbers.
 
 Source: the same numbers by hand.
 """
@@ -22,7 +22,7 @@ FLOAT = {"hull": [[0, 2], [2, 2]], "mass": 500.0}
 
 
 def said_of(scene, words, look=derived):
-    """The sentences about a scene that hold these words."""
+    """The messages about a scene that contain these words."""
     return [sentence for sentence in look(load_scene(scene)).warnings if words in sentence]
 
 
@@ -34,7 +34,7 @@ def floating(waves, **sections):
     ("step", "tolerance", "said"), [(5.0, None, 1), (0.45, None, 0), (0.46, None, 1), (5, 1e-3, 0)]
 )
 def test_a_step_that_is_long_in_waves(step, tolerance, said):
-    """Twenty steps in a period; with a tolerance the step is found."""
+    """Twenty steps per period; with a tolerance the step is adapted."""
     time = {"end": 60.0, "step": step, "scheme": "bdf2"} | ({"tolerance": tolerance} if tolerance else {})
     found = said_of(floating({"amplitude": 1.0, "period": 9.0}, time=time), "time.step")
     assert len(found) == said
@@ -43,7 +43,7 @@ def test_a_step_that_is_long_in_waves(step, tolerance, said):
 
 
 def test_a_step_in_the_period_that_the_ground_sees():
-    """Waves of 9 s in the water that a current carries past."""
+    """Waves of 9 s in water moving with a current."""
     waves = {"amplitude": 1.0, "period": 9.0, "period_seen_from": "water"}
     scene = floating(waves, current={"speed": 3.0}, time={"end": 60.0, "step": 0.44})
     seen = 9 / (1 + 3.0 * 2 * math.pi / 9 / G)
@@ -53,7 +53,7 @@ def test_a_step_in_the_period_that_the_ground_sees():
 
 @pytest.mark.parametrize("length", [16.0, 30.0])
 def test_a_cable_that_drowns_the_hull(length):
-    """With all of the spare buoyancy."""
+    """It uses up all reserve buoyancy."""
     cable = {"length": length, "line_density": 31.0, "diameter": 0.09, "axial_stiffness": 4e6}
     found = said_of({"sea": {"depth": 24.0, "density": 1019.0}, "cable": cable, "buoy": FLOAT}, "under water, held")
     spare = (1019.0 * 2 * math.pi - 500.0) * G
@@ -121,7 +121,7 @@ def test_what_friction_could_carry(friction):
 
 
 def test_what_floats_up():
-    """A rope that stands above its ends, by as much as its points; not one that is taut, nor a lazy wave."""
+    """A rope that stands above its ends, and by how much; not a taut one, nor a lazy wave."""
     rope = {"length": 12.0, "line_density": 1.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 24}
     rope |= {"anchor": [0.0, 0.0, -20.0], "top": {"kind": "fixed", "position": [8.0, 0.0, -20.0]}}
     scene = {"sea": {"depth": 20.0}, "cable": rope}

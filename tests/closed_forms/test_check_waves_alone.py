@@ -1,6 +1,6 @@
-"""Numbers and warnings of `check` about waves, radiation and weather, each function alone, at their limits.
+"""Numbers and warnings of `check` about waves, radiation and weather: each function alone, at its thresholds.
 
-Source: waves in deep water by hand; linearised drag; differences of rows.
+Source: waves in deep water by hand; linearised drag; differences of tabulated values.
 """
 
 import math
@@ -27,7 +27,7 @@ def test_damping_that_belongs_to_a_force():
 
 
 def test_how_far_two_are_apart():
-    """In surge or heave, over the largest of each; pitch does not count."""
+    """In surge or heave, relative to the largest of each; pitch does not count."""
     exact = np.array([[2.0, 5.0, 10.0], [4.0, 5.0, -20.0]])
     for changed, apart in (([1.0, 0, 0], 0.25), ([0, 9.0, 0], 0.0), ([0, 0, 10.0], 0.5), ([1.0, 0, 1.0], 0.25)):
         assert potential_flow._apart(exact + np.array([changed, [0, 0, 0]]), exact) == apart
@@ -72,7 +72,7 @@ def test_how_far_two_are_apart():
     ],
 )
 def test_coefficients_of_other_water(monkeypatch, depth, density, given, said):
-    """k h from 4 on is deep; 3 % are no other depth or density."""
+    """k h from 4 up is deep; differences of 3 % in depth or density are accepted."""
     monkeypatch.setattr(potential_flow, "dispersion_wavenumber", lambda T, depth, g: (2 * math.pi / T) ** 2 / g)
     flow = Fake(omega=[0.4, 2.0], depth=given, density=1000.0)
     report = Report([])
@@ -107,7 +107,7 @@ def test_waves_beyond_the_coefficients(monkeypatch, last, said):
     ],
 )
 def test_radiation_that_would_damp_a_resonance(monkeypatch, period, heave, of_drag, motions):
-    """Half of what drag has in heave, 3 % in pitch, within 0.8 to 1.25 of the period of the waves."""
+    """Half of the drag damping in heave, 3 % in pitch, within 0.8 to 1.25 of the wave period."""
     omega = 2 * math.pi / 10.0
     found = Fake(
         heave=omega, pitch=omega, of_heave=(500.0, 2 * omega * 1500 * heave), of_pitch=(1.0, 2 * omega * 10 * 0.031)
@@ -143,7 +143,7 @@ def test_radiation_that_would_damp_a_resonance(monkeypatch, period, heave, of_dr
     ],
 )
 def test_a_regular_wave(amplitude, wavelength, theory, mismatch, warnings):
-    """In deep water: g T^2/(2 pi) long, beyond 0.142 of that in height it breaks."""
+    """In deep water: wavelength g T^2/(2 pi); breaking above 0.142 of that in height."""
     wave = Waves(amplitude=amplitude, period=6.0, wavelength=wavelength, theory=theory)
     length, report = wavelength or 57.29578, Report([])
     waves._regular(wave, 2 * math.pi / length, 1e4, 10.0, report)
@@ -167,7 +167,7 @@ def test_a_regular_wave(amplitude, wavelength, theory, mismatch, warnings):
     [(0.19, None, []), (0.199, None, ["k R"]), (0.2, None, ["k R", "D/lambda"]), (0.2, "flow", [])],
 )
 def test_a_hull_in_waves(monkeypatch, ratio, flow, said):
-    """Damping of heave by drag that does the same work: 8/(3 pi) rho/2 C A u over twice sqrt(k m)."""
+    """Heave damping from drag of equal work: 8/(3 pi) rho/2 C A u over twice sqrt(k m)."""
     monkeypatch.setattr(waves, "of_radiation", lambda *given: told.append(given[2]))
     told, section = [], Fake(wave_damping=None, potential_flow=flow, axial_drag=2.0, axial_added_mass=0.5)
     wave = Waves(amplitude=0.5, period=6.0)

@@ -1,4 +1,4 @@
-"""What a run with a given velocity starts with: exact tension, end force and velocity, and no ringing after.
+"""Initial conditions of a run with a given velocity: exact tension, end force and velocity, without ringing.
 
 Source: conservation of momentum and centripetal force by hand.
 """
@@ -13,7 +13,7 @@ BODY, ROD = 2.0, 1.0  # kg of the body, kg/m of the rod of 1 m
 
 
 def swung(velocity, EA=INF, scheme="generalized-alpha", **cable):
-    """A weightless body, without size, at the end of a straight cable, thrown with a velocity."""
+    """A weightless body of no size at the end of a straight cable, started with a velocity."""
     scene = {
         "gravity": 0.0,
         "cable": {"length": 1.0, "line_density": ROD, "axial_stiffness": EA, "elements": 1} | cable,
@@ -43,7 +43,7 @@ def test_rigid_rod_that_turns(scheme, ringing):
 @pytest.mark.parametrize("form", ["paper", "energy"])
 @pytest.mark.parametrize("EA", [1e3, 1e7, 2.3e8])
 def test_elastic_cable_that_is_being_stretched(EA, form):
-    """Its tension at t = 0 is that of its stretch, which is none: not EA times rate times some small time."""
+    """Its tension at t = 0 is that of its strain, which is zero: not EA times rate times a small time."""
     pair = {"elements": 4, "position_degree": 2, "tension_degree": 1}
     record = swung([1.0, 0.0, 0.0], EA, strain_form=form, **pair)
     assert np.abs(record.cable_tension[0]).max() < 1e-9 * EA

@@ -1,6 +1,6 @@
-"""Criteria of a mooring: safety factors, offsets, lean, freeboard, uplift, and limits of outputs.
+"""Design criteria of a mooring: safety factors, offsets, tilt, freeboard, uplift, and limits on outputs.
 
-Source: the factors of API RP 2SK and DNV-OS-E301, and arithmetic by hand of made-up and computed records.
+Source: factors of API RP 2SK and DNV-OS-E301; hand calculations from made-up and computed records.
 """
 
 import json
@@ -28,18 +28,18 @@ def record():
 
 
 def judged(record, **criteria):
-    """The verdicts of these criteria."""
+    """Verdicts on these criteria."""
     return verdicts(record, load_scene(RUN | {"criteria": criteria}))
 
 
 def made_up(record, **values):
-    """The record with other values of series, the same in all instants or a whole series."""
+    """The record with other values of series, constant or a whole series."""
     return record.assign({k: (record[k].dims, np.broadcast_to(v, record[k].T.shape).T) for k, v in values.items()})
 
 
 @pytest.mark.parametrize("missed", [-0.01, 0.01, 1e-6])
 def test_one_per_cent_is_missed(record, missed):
-    """Of a limit above, of one below, and by how much."""
+    """An upper and a lower limit, and by how much they are missed."""
     value = float(record.offset.max())
     (one,) = judged(record, largest_offset=value / (1 + missed))
     assert one.met == (missed < 0)
@@ -56,7 +56,7 @@ def test_one_per_cent_is_missed(record, missed):
 
 @shows("criteria.safety", "criteria.safety_factor", "criteria.condition", "criteria.consequence_class")
 def test_safety_factors(record):
-    """Of a tension of 40 kN in the mean and 60 kN at most, where 100 kN break the line; by hand."""
+    """Mean tension 40 kN, maximum 60 kN, breaking load 100 kN; by hand."""
     half = len(record.time) // 2
     use = np.concatenate([np.full(half, 0.2), np.full(len(record.time) - half, 0.6)])
     made = made_up(record, utilisation=use)
@@ -79,7 +79,7 @@ def test_safety_factors(record):
 
 
 def test_what_comes_in_the_ramp_does_not_count(record):
-    """Nor before another beginning that is named."""
+    """Nor times before another given start."""
     early = np.where(record.time < 1.0, 5.0, np.where(record.time < 1.5, 2.0, 1.0))
     scene = load_scene(RUN | {"criteria": {"largest_offset": 3.0}}, waves__ramp=1.0)
     made = made_up(record, offset=early)
@@ -134,7 +134,7 @@ def test_the_part_with_the_least_left_governs():
 
 
 def test_what_is_missed_is_told_everywhere(record, tmp_path, call, capsys):
-    """In the summary's warnings, on the page, by check, in a sweep and in its statistics."""
+    """In the summary's warnings, on the page, in check, a sweep and its statistics."""
     scene = load_scene(RUN | {"criteria": {"largest_offset": 1.0}})
     said = [s for s in warnings(record, scene) if s.startswith("Criterion not met: offset, buoy: ")]
     assert len(said) == 1

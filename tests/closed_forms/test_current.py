@@ -1,4 +1,4 @@
-"""Cable in a uniform current against a shooting solution of another code, and its rates of convergence.
+"""A cable in a uniform current against another code's shooting solution, and the rates of convergence.
 
 Source: shooting in extended precision (tests/reference).
 """

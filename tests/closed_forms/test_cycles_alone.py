@@ -1,6 +1,6 @@
-"""Parts of limit cycles and derivatives of runs, each alone: leaps, neighbours, whose matrix, powers, second runs.
+"""Parts of the limit-cycle and derivative algorithms, each alone: leaps, neighbouring runs, reuse of matrices, powers.
 
-Source: the same numbers by hand; made-up leaps and increments that end as they are told to.
+Source: the same numbers by hand; made-up leaps and increments with prescribed outcomes.
 """
 
 from types import SimpleNamespace as Fake
@@ -34,13 +34,13 @@ from dolfbuoy.motion.tangent import Pair, Tangents
     ],
 )
 def test_error_that_a_leap_leaves(change, last, shrunk, error):
-    """By how fast leaps or states come to rest, the slower of the two; a hundred changes if neither does."""
+    """From the decay of leaps or of states, the slower of the two; a hundred changes if neither decays."""
     assert Cycle.left(change, last, shrunk) == pytest.approx(error, rel=1e-12)
 
 
 @pytest.mark.parametrize(("step", "steps"), [(0.3, 17), (0.5, 10), (5 / 49, 49), (5 / 49 * (1 - 1e-7), 50), (7.0, 1)])
 def test_whole_steps_make_a_period(step, steps):
-    """As few as are no larger than the scene's, but for rounding; of all else nothing changes."""
+    """As few as possible, not longer than the scene's to rounding; nothing else changes."""
     scene = load_scene("short", time__step=step)
     equal = periodic.in_equal_steps(scene)
     assert equal.time.step == pytest.approx(5.0 / steps, rel=1e-12)
@@ -125,7 +125,7 @@ def test_leaps_until_the_error_is_small(monkeypatch):
 
 
 def test_leaps_go_where_differences_lead():
-    """To the fixed point of F(x) = x/2 + 1 in one; as far as they may, if it is too far."""
+    """To the fixed point of F(x) = x/2 + 1 in one leap; limited in length if it is too far."""
     ends = []
     state = Fake(weighed=lambda change: change, put=ends.append, moved=lambda change: np.abs(change).max())
     cycle = Fake(state=state, before=[np.array([0.0]), np.array([1.0])], after=[np.array([1.0]), np.array([1.5])])
@@ -136,7 +136,7 @@ def test_leaps_go_where_differences_lead():
 
 
 def test_a_line_is_bent_by_its_chords():
-    """From its first node on, as long as they are given and along their directions; what hangs on its end follows."""
+    """From its first node, with given lengths and directions; an object at its end follows."""
     nodes = [[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [3.0, 2.0, 3.0]]
     rows = np.array([*np.ravel(nodes), 3.0, 2.0, 4.0, 0.5, 9.0])  # three nodes, place and turn of a buoy, a number
     series, u = Fake(values=[rows, rows + 1.0], rows=[rows]), np.zeros(9 + 4 + 6 + 2)
@@ -155,7 +155,7 @@ def test_a_line_is_bent_by_its_chords():
 
 
 def test_differences_relative_to_ranges():
-    """Of each force to its own, of points to the largest."""
+    """Each force relative to its own range, points to the largest."""
     one = np.array([[1.0, 5.0, 0.0, 0.0], [2.0, 5.0, 1.0, 0.1]])
     other = np.array([[1.0, 5.0, 0.0, 0.0], [3.0, 5.0, 1.0, 0.3]])
     assert State.difference(Fake(_forces=2), one, other) == 0.5

@@ -1,6 +1,6 @@
 """Kelvin-Voigt damping T = EA e + c e_t: decay of axial vibrations, order of the scheme, energy, and where it acts.
 
-Source: the damped oscillator of the first axial mode in closed form, d'Alembert's waves, an energy balance in numpy.
+Source: the damped first axial mode in closed form, d'Alembert's waves, an energy balance in numpy.
 """
 
 import alone
@@ -102,7 +102,7 @@ def test_order_in_the_step(scheme, order):
 
 
 def test_energy_goes_into_the_damper():
-    """What motion and strain lose is the integral of c e_t^2; without damping the scheme keeps it."""
+    """The loss of kinetic and strain energy is the integral of c e_t^2; without damping the scheme conserves it."""
     amplification = abs(make_scheme("generalized-alpha", 0.9).amplification(OMEGA, PERIOD / 400))
     for damping in (0.0, 10.0):
         scene = bar(damping, PERIOD / 400, scheme="generalized-alpha")
@@ -118,7 +118,7 @@ def test_energy_goes_into_the_damper():
 @pytest.mark.parametrize("slack", ["tension-only", "compressive"])
 @pytest.mark.parametrize("damping", [0.0, 200.0])
 def test_a_jerk_is_an_elastic_wave(slack, damping):
-    """Pulled at 0.5 m/s an end has T + Z v, Z = sqrt(EA rho), the fixed one T + 2 Z v from L/c to 3 L/c = 60 ms on."""
+    """An end pulled at 0.5 m/s has T + Z v, Z = sqrt(EA rho), the fixed one T + 2 Z v from L/c to 3 L/c = 60 ms."""
     top = {"kind": "prescribed", "position": [20.02, 0.0, 0.0], "amplitude": [2.5 / np.pi, 0.0, 0.0], "period": 10.0}
     cable = {"length": 20.0, "line_density": 1.0, "axial_stiffness": 1e6, "elements": 80, "top": top}
     cable |= {"anchor": [0.0, 0.0, 0.0], "slack": slack, "damping": damping}
@@ -135,7 +135,7 @@ def test_a_jerk_is_an_elastic_wave(slack, damping):
 
 
 def test_rest_knows_no_damping():
-    """The equilibrium is that of the undamped cable, and an undamped scene compiles none."""
+    """The equilibrium is that of the undamped cable; no damping term is compiled for undamped scenes."""
     cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": 50.0, "elements": 8}
     cable["top"] = {"kind": "fixed", "position": [0.6, 0.0, 0.5]}
     states = []

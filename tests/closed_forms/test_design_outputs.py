@@ -1,6 +1,6 @@
-"""Numbers a mooring is designed by: anchor loads, offsets, freeboard, levels that last.
+"""Design outputs of a mooring: anchor loads, offsets, freeboard, levels exceeded for a given time.
 
-Source: balance of forces, points of a rotated circle, areas of triangles and sines, by hand.
+Source: balance of forces, points of a rotated circle, triangular and sine series by hand.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ def record():
 
 
 def test_what_hangs_on_an_anchor():
-    """The upper end carries the line's weight in water and what pulls the anchor up, and pulls as much sideways."""
+    """The upper end carries the line's submerged weight and the uplift, and an equal horizontal force."""
     found = alone(dolfbuoy.solve_static(load_scene(RUN, current=None)))
     (piece,) = RUN.network.pieces
     c = piece.section
@@ -101,7 +101,7 @@ def test_the_lean_at_rest_is_that_of_the_first_instant(record):
 
 @pytest.mark.parametrize("step", [np.array([0.0, 0.1, 0.4, 0.7]), np.linspace(0, 17, 1001)])
 def test_rounding_deviates_by_nothing(step):
-    """The mean of equal numbers is off by rounding, whose square root of squares is no deviation."""
+    """The mean of equal numbers is off by rounding, which must not give a standard deviation."""
     assert Series("tension", step, np.full(len(step), 1537.3)).standard_deviation == 0
     small = Series("tension", step, 1e-9 * np.cos(step)).standard_deviation
     assert Series("tension", step, 1537.3 + 1e-9 * np.cos(step)).standard_deviation == pytest.approx(small, rel=1e-2)

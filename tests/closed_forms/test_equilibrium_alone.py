@@ -1,6 +1,6 @@
-"""Equations of networks of lines and what decides at rest, each alone: slopes, tables of growth, yaw, what is refused.
+"""Network equations and decisions of the equilibrium search, each alone: slopes, growth tables, yaw, refusals.
 
-Source: differences of the same functions, quadrature by scipy, the same numbers by hand; made-up solves.
+Source: finite differences of the same functions, quadrature with scipy, the same numbers by hand; made-up solves.
 """
 
 import math

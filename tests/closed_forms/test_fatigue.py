@@ -1,7 +1,7 @@
-"""Fatigue: curves by name and by constant, Miner sums of known cycles, places along lines, lives in a scatter diagram.
+"""Fatigue: curves by name or constants, Miner sums of known cycles, locations along lines, lives in a scatter diagram.
 
-Source: tables of API RP 2SK (3rd edition), DNV-OS-E301 and IACS by hand, ASTM E1049-85, a weight that hangs, rainflow
-of sinusoids in closed form.
+Source: tables of API RP 2SK (3rd edition), DNV-OS-E301 and IACS by hand; ASTM E1049-85; a hanging weight; rainflow
+counts of sinusoids in closed form.
 """
 
 import math

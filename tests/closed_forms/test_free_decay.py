@@ -1,6 +1,6 @@
-"""Free decay of small motions in time: period and damping of the mode in whose shape they begin.
+"""Free decay of small motions: period and damping of a run released in a mode shape.
 
-Source: logarithmic decrement of `run` with BDF2 beside the eigenvalue of `modes`.
+Source: logarithmic decrement of `run` with BDF2 against the eigenvalue of `modes`.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""The scenes that users start from: each against a value that needs none of the program.
+"""The scenes users start from, each against a value obtained without the program.
 
-Source: catenaries and elastic lines in closed form, one-dimensional balances, initial value problems solved by scipy.
+Source: catenaries and elastic lines in closed form, one-dimensional balances, initial value problems solved with scipy.
 """
 
 import math
@@ -20,7 +20,7 @@ RHO, G = 1025.0, 9.81
 
 
 def volume(hull, draft):
-    """Of a body of revolution below its water line [m^3], by cones."""
+    """Volume of a body of revolution below its water line [m^3], by cones."""
     found = 0.0
     for (low, a), (high, b) in pairwise(hull):
         top = min(high, draft)
@@ -53,14 +53,14 @@ def test_navigation_buoys_chain_is_an_elastic_catenary():
 
 
 def test_wave_riders_cord_in_still_water():
-    """The draft at which the buoy's pull draws rope and rubber over the depth."""
+    """The draft at which the buoy's buoyancy stretches rope and rubber over the depth."""
     scene = load_scene("wave-rider", current=None, waves=None)
     rope, rubber = (scene.material[name] for name in ("rope", "rubber"))
     strains, tensions = np.array(rubber.axial_stiffness.rows).T
     w_rope, w_rubber = (G * (m.line_density - RHO * math.pi / 4 * m.diameter**2) for m in (rope, rubber))
 
     def gap(draft):
-        """Length of the drawn line over the water below the keel."""
+        """Length of the stretched line minus the water depth below the keel."""
         pull = G * (RHO * volume(scene.buoy[0].hull, draft) - scene.buoy[0].mass)
         s = np.linspace(0.0, 10.0, 2001)
         drawn = trapezoid(1 + np.interp(pull - w_rubber * s, tensions, strains), s)
@@ -88,7 +88,7 @@ def test_spars_heave_is_that_of_a_spring():
 
 @pytest.mark.slow
 def test_disc_buoy_follows_the_surface():
-    """Heave and the elevation where the buoy is have the same standard deviation: the waves are 20 times its radius."""
+    """Heave and local elevation have equal standard deviations: the waves are 20 times its radius."""
     found = alone.simulate("disc-buoy", time__end=100.0)
     late = found.sel(time=slice(10.0, None))
     heave, water = float(late.buoy_position[:, 2].std()), float(late.surface_elevation.std())

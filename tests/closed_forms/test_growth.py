@@ -1,7 +1,7 @@
-"""Marine growth: weight, volume, drag and inertia of what the depth makes of a line, and nothing of its stiffness.
+"""Marine growth changes a line's weight, volume, drag and inertia with depth, but not its stiffness.
 
-Source: the weight that hangs below a point; the same line written down with the grown numbers by hand; one rank; the
-balance of energy.
+Source: the weight hanging below a point; the same line defined with the grown properties by hand; one rank; the energy
+balance.
 """
 
 import itertools
@@ -116,7 +116,7 @@ def test_growth_and_depth_agree(name):
 
 
 def hanging(steep):
-    """A line that its growth makes heavy above 30 m, where it floats up without."""
+    """A line made heavy by growth above 30 m, which would float without it."""
     cable = {"length": 88.0, "line_density": 6.0, "diameter": 0.1, "axial_stiffness": 1e6, "elements": 30}
     cable |= {"marine_growth": [[-30.0 - steep, 1.0, 1.0], [-30.0, 1.0, 2.0]]}
     return {"sea": {"depth": 60.0}, "cable": cable | {"top": {"kind": "fixed", "position": [50.0, 0.0, -2.0]}}}
@@ -134,7 +134,7 @@ def test_a_line_that_hovers():
 
 
 def test_means_of_a_table():
-    """Over heights that rows divide, over none, and beyond the table."""
+    """Over heights divided by rows, over zero height, and beyond the table."""
     low, high = np.array([-50.0, -25.0, -20.0, -3.0]), np.array([-45.0, -15.0, -20.0, 4.0])
     z = low + np.linspace(0.0, 1.0, 200_001)[:, None] * (high - low)
     rows = np.array(TABLE)
@@ -153,7 +153,7 @@ def test_factors_of_one_change_nothing():
 
 
 def test_energy_is_kept():
-    """The defect falls with the second order of the scheme."""
+    """The defect falls with the scheme's second order."""
     defects = []
     for step in (0.02, 0.01):
         scene = {**by_hand()[1], "time": {"end": 1.0, "step": step, "scheme": "bdf2"}}

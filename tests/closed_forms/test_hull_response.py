@@ -1,6 +1,6 @@
 """Forces and motions of hulls in small waves: Froude-Krylov forces, long waves free and moored, natural periods.
 
-Source: closed forms with Bessel functions, the isobars that a small body follows, periods of tests/reference (mpmath).
+Source: closed forms with Bessel functions, the isobars that a small body follows, periods in tests/reference (mpmath).
 """
 
 import math
@@ -89,7 +89,7 @@ def test_pitch_at_20_seconds():
 
 
 def on_a_rope(buoy, pull, draft):
-    """A buoy on a rope without weight, so long that its pull is the same wherever the buoy goes."""
+    """A buoy on a weightless rope so long that its pull is the same for any position of the buoy."""
     depth, EA = 1e5, 1e5
     rope = {"line_density": 1e-7, "diameter": 1e-6, "axial_stiffness": EA, "elements": 4}
     length = (depth - draft) / (1 + pull / EA)
@@ -144,7 +144,7 @@ def test_periods_of_floating_cylinders(name):
 
 
 def test_periods_of_a_moored_buoy():
-    """On an inextensible vertical cable: swinging to the side and pitching, and no heave."""
+    """On an inextensible vertical cable: lateral swing and pitch, no heave."""
     case, exact = HULL["moored_buoy"]["input"], HULL["moored_buoy"]["expected"]["omega"]
     found = buoy_periods(
         load_scene(
@@ -206,7 +206,7 @@ def test_many_unknowns():
 
 
 def test_waves_from_any_side():
-    """A buoy without cable answers alike in every direction, and its own axes do not count."""
+    """A buoy without a cable responds equally in all directions, whatever its own axes."""
     ahead = responses(load_scene(DISC), [6.0])[0].motions
     for direction in (73.0, 180.0):
         np.testing.assert_allclose(responses(load_scene(DISC), [6.0], direction)[0].motions, ahead, atol=1e-6)

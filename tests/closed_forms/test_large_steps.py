@@ -1,6 +1,6 @@
-"""Large steps to rest end where Newton's method and a damped motion do.
+"""Large steps towards rest reach the equilibrium of Newton's method and of a damped motion.
 
-Source: the same equilibrium by ways that have nothing to do with each other.
+Source: the same equilibrium by unrelated methods.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from dolfbuoy.statics.ways import WAYS, find_rest
 
 @pytest.mark.parametrize("name", ["large steps", "large steps, smaller first"])
 def test_a_chain_on_the_bed(name):
-    """Its start is spoilt: the chain is lifted and lies beside its place."""
+    """From a perturbed start: the chain is lifted and displaced."""
     problem = Problem(load_scene("chain-on-bed"), dynamic=False, comm=MPI.COMM_SELF)
     found = {}
     for spoilt in (False, True):

@@ -1,4 +1,4 @@
-"""Steps of the linear answers, each alone: waves that are asked for, drag that settles, memory of one buoy, periods.
+"""Parts of the linear analyses, each alone: requested waves, iterated drag, radiation memory of a buoy, periods.
 
 Source: the same numbers by hand; roots of a cubic by numpy; made-up scenes and solvers.
 """

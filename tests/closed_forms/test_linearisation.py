@@ -1,6 +1,6 @@
-"""The linearised equations: modes of a hanging chain, and what three assemblies leave out.
+"""The linearised equations: modes of a hanging chain, and a step's Jacobian assembled in three parts.
 
-Source: zeros of Bessel's function; Jacobians of steps.
+Source: zeros of a Bessel function; Jacobians of time steps.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Size of the estimated local error in a circular motion, and what BDF2 makes of its past behind a kink.
+"""Local error estimates in a circular motion, and BDF2 behind a kink.
 
 Source: the leading error of each scheme's rate in closed form (Taylor), derivatives of a circle.
 """

@@ -1,4 +1,4 @@
-"""A manufactured motion of the cable: orders of r, v and T in time, elastic and inextensible, against a closed form.
+"""A manufactured cable motion in closed form: temporal orders of r, v and T, elastic and inextensible.
 
 The cable bends into arcs of changing curvature and turns meanwhile; a force that is added to the residual makes this an
 exact solution:

@@ -1,4 +1,4 @@
-"""Materials of the library: chain, wire and rope by their names in a catalogue, and those of a user's own file.
+"""Library materials: chain, wire and rope by catalogue name, and materials from a user's file.
 
 Source: breaking loads of IACS UR W22 and W18 as they are printed: R3 to R4 by a manufacturer after DNV-OS-E302, R4S by
 Vicinay (137 mm; a course book of Delft prints load and mass of that bar), R5 by the formula of DNVGL-OS-E302 alone, the

@@ -1,6 +1,6 @@
 """Natural modes: strings, chains, rods, hanging bodies, catenaries, Irvine's theory; names, kinds, refusals.
 
-Source: closed forms and exact linearised catenaries of tests/reference (mpmath, Galerkin and shooting).
+Source: closed forms, and exact linearised catenaries in tests/reference (mpmath, Galerkin and shooting).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Hard networks at rest by finite elements: slack and light lines, loops, many legs, a sinker on the bed.
+"""Difficult networks at rest by finite elements: slack and light lines, loops, many legs, a sinker on the bed.
 
 Source: tests/reference (mpmath and shooting), the closed forms of statics/network.
 """

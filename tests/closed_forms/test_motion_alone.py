@@ -1,6 +1,6 @@
-"""Parts of a run, each alone: what is remembered and retried, milestones, local errors, starts.
+"""Parts of a run, each alone: histories, retries, milestones, local errors, starts.
 
-Source: the same numbers by hand; made-up steps that end as they are told to.
+Source: the same numbers by hand; made-up steps with prescribed outcomes.
 """
 
 import math

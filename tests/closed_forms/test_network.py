@@ -1,4 +1,4 @@
-"""Rest of networks of catenaries: clumps, floats, bridles, loops, slack lines, joints on the bed, found from nowhere.
+"""Equilibrium of catenary networks without a given start: clumps, floats, bridles, loops, slack lines, bed joints.
 
 Source: tests/reference (mpmath and shooting, checked with MoorPy), the closed forms of single lines, balances by hand.
 """

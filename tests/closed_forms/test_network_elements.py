@@ -1,6 +1,6 @@
-"""Networks of elements at rest: bridle, float, clump, lazy wave, three lines.
+"""Networks of finite elements at rest: bridle, float, clump, lazy wave, three lines.
 
-Source: closed forms and shooting, in reference/bed_and_networks.json.
+Source: closed forms and shooting (reference/bed_and_networks.json).
 """
 
 import json

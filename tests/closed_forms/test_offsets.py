@@ -1,6 +1,6 @@
-"""Offset curves: a buoy on a catenary and on a taut line, by closed forms and by MoorPy; what is said of bad states.
+"""Offset curves of a buoy on a catenary and on a taut line, and warnings about bad states.
 
-Source: Irvine's catenary with hydrostatics of a cylinder, written here; MoorPy 1.3 (PyPI).
+Source: Irvine's catenary with the hydrostatics of a cylinder, programmed here; MoorPy 1.3 (PyPI).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The closed-form catenary on a sea bed, flat and sloped, with friction, slack and lifted.
+"""The closed-form catenary on a sea bed: flat and sloped, with friction, slack and lifted.
 
 Source: tests/reference (mpmath, checked with MoorPy), mirror images, the equations of equilibrium by quadrature.
 """

@@ -1,4 +1,4 @@
-"""Lines that part at a time or at a tension, and the rest that moves on.
+"""Lines that part at a time or tension, and the motion of what remains.
 
 Source: free fall by hand, tensions before and after, the same run resumed.
 """
@@ -19,7 +19,7 @@ ELEMENTS, G = 8, 9.81
 
 
 def chain(fails_at, **more):
-    """An inextensible chain that hangs straight down from its anchor, in vacuum."""
+    """An inextensible chain hanging straight down from its anchor, in vacuum."""
     cable = {"length": 4.0, "line_density": 3.0, "elements": ELEMENTS, "anchor": [0.0, 0.0, 0.0]}
     cable |= {"top": {"kind": "free"}, "fails_at": fails_at}
     time = {"end": 0.6, "step": 0.02, "scheme": "backward-euler"}
@@ -27,7 +27,7 @@ def chain(fails_at, **more):
 
 
 def test_a_chain_that_parts_at_its_top_falls():
-    """Nothing bends or stretches it: g, but for the half element that stays and what it drags on."""
+    """Nothing bends or stretches: it falls at g, except for the half element that stays and what it drags along."""
     heights = []
     with running(chain({"time": 0.2, "at": 0.0})) as simulation:
         lines, u = simulation.problem.lines, simulation.system.u
@@ -53,7 +53,7 @@ def test_the_upper_end_is_where_it_parts_if_nothing_else_is_said():
 
 
 def pulled(tension, slack="compressive", pair=(2, 1)):
-    """A line whose upper end is pulled up ever farther."""
+    """A line whose upper end is pulled up without limit."""
     top = {"kind": "prescribed", "position": [1.0, 0.0, 5.0], "velocity": [0.0, 0.0, 0.5], "ramp": 0.5}
     cable = {"length": 5.0, "line_density": 1.0, "axial_stiffness": 2e3, "elements": 6, "top": top, "slack": slack}
     cable |= {"position_degree": pair[0], "tension_degree": pair[1], "anchor": [0.0, 0.0, 0.0], "damping": 5.0}
@@ -66,7 +66,7 @@ def pulled(tension, slack="compressive", pair=(2, 1)):
     ("slack", "pair"), [("compressive", (2, 1)), ("tension-only", (1, 0)), ("compressive", (1, 0))]
 )
 def test_a_line_that_is_pulled_too_hard(slack, pair):
-    """The tension rises to the limit and no farther, falls to nothing at once, and the rest sinks."""
+    """The tension rises to the limit, falls to zero at once, and the rest sinks."""
     limit = 600.0
     record = simulate(pulled(limit, slack, pair))
     T = record.tension_top.values
@@ -95,7 +95,7 @@ def test_a_leg_that_parts_lets_its_float_go():
 
 
 def test_a_run_goes_on_from_its_state():
-    """What has parted stays so."""
+    """Parted lines remain parted."""
     scene = pulled(600.0)
     with running(scene) as simulation:
         run = simulation.run()

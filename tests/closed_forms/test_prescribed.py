@@ -1,6 +1,6 @@
-"""Ends that are moved as a table says, or towed at a constant velocity.
+"""Line ends moved according to a table or towed at constant velocity.
 
-Source: a sine in closed form and the run that has it as amplitude and period; a rod that is towed, by hand.
+Source: a sine in closed form, and the run with it given as amplitude and period; a towed rod by hand.
 """
 
 import math
@@ -19,7 +19,7 @@ POSITION = (3.0, 0.5, 4.0)
 
 
 def sine(step=0.01, end=4.0):
-    """Rows of a motion that begins at rest: a (1 - cos)."""
+    """Rows of a motion starting from rest: a (1 - cos)."""
     t = np.arange(0.0, end + step / 2, step)
     return np.column_stack([t, np.multiply.outer(1 - np.cos(2 * np.pi * t / PERIOD), AMPLITUDE)]).tolist()
 
@@ -41,7 +41,7 @@ def motion_of(scene):
 
 
 def test_rows_of_a_sine_are_the_sine():
-    """1 - cos is a sine about another place, a quarter of a period later."""
+    """1 - cos is a sine about another position, a quarter of a period later."""
     middle = [a + b for a, b in zip(POSITION, AMPLITUDE, strict=True)]
     sinus = {"kind": "prescribed", "amplitude": AMPLITUDE, "period": PERIOD, "phase_deg": -90.0, "position": middle}
     rows = {"kind": "prescribed", "motion": sine(), "position": POSITION}
@@ -59,7 +59,7 @@ def test_between_and_beyond_the_rows(t):
 
 
 def test_rows_begin_and_end_at_rest():
-    """Also where the rows themselves would go on."""
+    """Even where the rows themselves have a velocity."""
     top = Top(kind="prescribed", position=POSITION, motion=[[0, 0, 0, 0], [1, 1, 0, 0], [2, 3, 0, 0]])
     for t in (1e-4, 2 - 1e-4):
         assert abs(top_position(top, t)[0] - top_position(top, round(t))[0]) < 1e-6
@@ -99,7 +99,7 @@ def test_a_ramp_grows_from_the_first_row():
 
 
 def test_tow():
-    """A vertical inextensible line that is towed sideways from rest trails; its end moves as it is told."""
+    """A vertical inextensible line towed sideways from rest trails behind; its end moves as prescribed."""
     tow = {"kind": "prescribed", "position": [0.0, 0.0, 6.0], "velocity": [0.5, -0.25, 0.0], "ramp": 0.5}
     scene = swing(tow, end=1.0, anchor=[0.0, 0.0, 1.0])
     found = motion_of(scene)

@@ -1,7 +1,7 @@
-"""A crest that is prescribed in a random sea, and NewWave.
+"""A prescribed crest in a random sea, and NewWave.
 
-Source: the autocorrelation of JONSWAP by quadrature; mean and deviation of a Gaussian process that is conditioned on a
-maximum, E = A r and var = m0 (1 - r^2 - r'^2/lambda2) (Lindgren 1970), lambda2 = m2/m0.
+Source: the autocorrelation of JONSWAP by quadrature; mean and variance of a Gaussian process conditioned on a maximum,
+E = A r and var = m0 (1 - r^2 - r'^2/lambda2) (Lindgren 1970), lambda2 = m2/m0.
 """
 
 import numpy as np

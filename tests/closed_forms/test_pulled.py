@@ -1,6 +1,6 @@
-"""Lines of networks that were laid on a rubbing bed and pulled in place: over joints, from either end, on slopes.
+"""Lines laid on a bed with friction and pulled into place: over joints, from either end, on slopes.
 
-Source: the same line in one piece; a shooting of the equations of a chain on a slope (scipy), with a clump on it.
+Source: the same line in one piece; shooting with scipy for a chain on a slope, with a clump on it.
 """
 
 import math

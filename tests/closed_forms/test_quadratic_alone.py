@@ -1,6 +1,6 @@
-"""How the lowest eigenvalues are found, each step alone: shifts, rings, which pairs count, singular matrices.
+"""Parts of the eigenvalue solver for the lowest modes, each alone: shifts, rings, accepted pairs, singular matrices.
 
-Source: the same numbers by hand; made-up problems whose eigenvalues are known.
+Source: the same numbers by hand; made-up problems with known eigenvalues.
 """
 
 from types import SimpleNamespace as Fake

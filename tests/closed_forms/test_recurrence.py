@@ -3,7 +3,7 @@
 Backward Euler is a recurrence in three successive positions, r_(n+1) - 2 r_n + r_(n-1) = dt^2 a_(n+1), so the tests
 start it from the first two recorded positions; how a run starts is a test of its own.
 
-Source: dense numpy code of backward Euler, eigenvalues of tests/reference.
+Source: dense numpy code of backward Euler, eigenvalues in tests/reference.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""Steps on the way to rest, each alone: motions that fail, marches, shares of growth, turns of ends and of buoys.
+"""Parts of the search for equilibrium, each alone: failing motions, load steps, growth, rotating ends and buoys.
 
-Source: the same numbers by hand; made-up problems that end as they are told to.
+Source: the same numbers by hand; made-up problems with prescribed outcomes.
 """
 
 import math

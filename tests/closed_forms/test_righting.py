@@ -1,6 +1,6 @@
-"""Righting levers of hulls at any heel, by the strips of the program's own equilibrium.
+"""Righting levers of hulls at any heel, integrated with the program's own hull strips.
 
-Source: levers of tests/reference (scipy/mpmath), metacentric heights in closed form.
+Source: levers in tests/reference (scipy/mpmath), metacentric heights in closed form.
 """
 
 import math

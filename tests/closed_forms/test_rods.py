@@ -1,6 +1,6 @@
 """Inextensible elements with constant tension are rigid rods: exact pendulums, alone, in a chain and below a buoy.
 
-Source: differential equations of rigid rods to extended precision (tests/reference).
+Source: differential equations of rigid rods in extended precision (tests/reference).
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""Time schemes: their orders in r, v and T, and their damping.
+"""Time schemes: orders in r, v and T, and numerical damping.
 
-Source: rods by scipy, a rotating cable in closed form, Richardson's limit, amplification factors by hand.
+Source: rods with scipy, a rotating cable in closed form, Richardson extrapolation, amplification factors by hand.
 """
 
 import math

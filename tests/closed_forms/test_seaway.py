@@ -1,6 +1,6 @@
-"""Drag linearised in waves and seas, against closed forms; the response against runs in time.
+"""Linearised drag in regular and irregular waves against closed forms; linear response against runs in time.
 
-Source: moments of the folded normal distribution, 8/(3 pi) of a cycle, the program's own runs in small waves.
+Source: moments of the folded normal distribution, 8/(3 pi) for a cycle, the program's own runs in small waves.
 """
 
 import math

@@ -1,7 +1,6 @@
-"""Derivatives of equilibria and of periods by numbers of a scene.
+"""Derivatives of equilibria and periods with respect to numbers of the scene.
 
-Source: closed forms: the catenary on a bed, a streamer that is straight in a current, a mass on a
-wire, a buoy on a spring.
+Source: closed forms: the catenary on a bed, a straight streamer in a current, a mass on a wire, a buoy on a spring.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Steps of fits, designs and scatter, each alone: where they begin, what failed runs count as, what is said of the end.
+"""Parts of fits, designs and uncertainty studies, each alone: starting points, failed runs, closing messages.
 
-Source: the same numbers by hand; made-up runs and results of searches.
+Source: the same numbers by hand; made-up runs and search results.
 """
 
 import importlib

@@ -1,7 +1,7 @@
-"""Coefficients of a hull by its shape, and the damping by the waves that it makes.
+"""Hull coefficients from its shape, and its wave radiation damping.
 
-Source: Yeung's truncated cylinder by eigenfunction matching of another author, and Capytaine 3.0 (boundary elements,
-800 and 1,600 panels, 1 % off); Haskind's relation; the thin disc of Lamb.
+Source: another author's eigenfunction matching for Yeung's truncated cylinder, and Capytaine 3.0 (boundary elements,
+800 and 1,600 panels, 1 % off); Haskind's relation; Lamb's thin disc.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Sinkers on the bed that may be dragged or lifted in a run.
+"""Sinkers on the bed that can be dragged or lifted during a run.
 
-Source: a block on a plane, which slides as soon as H > mu (W - V), then with (H - mu (W - V))/m; by hand.
+Source: a block on a plane by hand, which slides as soon as H > mu (W - V), then accelerates at (H - mu (W - V))/m.
 """
 
 import tomllib
@@ -30,7 +30,7 @@ STICK = 0.02
 
 
 def pulled(H, V, **changes):
-    """Record of a sinker that is pulled aside with H and up with V [N]."""
+    """Record of a sinker pulled sideways by H and up by V [N]."""
     line = LINE | {"top": {"kind": "free", "force": [0.6 * H, 0.8 * H, V]}}
     return dolfbuoy.simulate(load_scene(merged(SCENE | {"cable": line}, **changes)))
 
@@ -41,7 +41,7 @@ def scene_of(record):
 
 
 def way(record):
-    """Horizontal distance from the place over time [m]."""
+    """Horizontal distance from the initial position over time [m]."""
     return np.hypot(*record.joint_position.values[:, 0, :2].T)
 
 
@@ -49,7 +49,7 @@ def way(record):
 @pytest.mark.parametrize("V", [0.0, 4e3])
 @pytest.mark.parametrize("part", [0.999, 1.001])
 def test_a_sinker_slides_exactly_when_its_friction_is_less_than_the_pull(V, part):
-    """0.1 % below the limit it stays where it was at rest; above it goes on, faster and faster."""
+    """0.1 % below the limit it stays at rest; above it, it accelerates."""
     H = part * FRICTION * (WEIGHT - V)
     record = pulled(H, V)
     x = way(record)

@@ -1,6 +1,6 @@
-"""The tension-only law: against convex minimisation, free fall, the two-sided law in tension, and snap loads.
+"""The tension-only law: convex minimisation, free fall, the two-sided law in tension, and snap loads.
 
-Source: convex minimisation by scipy, free fall by hand, the two-sided law where nothing is slack.
+Source: convex minimisation with scipy, free fall by hand, the two-sided law where nothing is slack.
 """
 
 import math

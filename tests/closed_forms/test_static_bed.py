@@ -1,6 +1,6 @@
-"""A line at rest on a sea bed: flat, sloped, soft, rubbing, slack, lifted.
+"""A line at rest on a sea bed: flat, sloped, soft, with friction, slack, lifted.
 
-Source: closed forms and matched boundary layers of tests/reference (mpmath, DOP853, checked with MoorPy).
+Source: closed forms and matched boundary layers in tests/reference (mpmath, DOP853, checked with MoorPy).
 """
 
 import functools

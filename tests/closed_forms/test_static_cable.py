@@ -1,4 +1,4 @@
-"""Static cable by finite elements against the closed-form catenary, and against a separate numpy code's errors.
+"""Static cable by finite elements against the closed-form catenary and the errors of a separate numpy code.
 
 Source: the closed-form catenary, errors of a separate numpy code (tests/reference).
 """

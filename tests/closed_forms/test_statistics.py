@@ -1,6 +1,6 @@
-"""Statistics of runs: crossings, peaks, rainflow, fatigue, Gumbel's distribution, its interval, circles, sets of runs.
+"""Statistics of runs: crossings, peaks, rainflow, fatigue, Gumbel fits and intervals, watch circles, sets of runs.
 
-Source: ASTM E1049-85, sums and integrals by hand, scipy's fits, samples of known distributions.
+Source: ASTM E1049-85, sums and integrals by hand, scipy's fits, samples from known distributions.
 """
 
 import collections

@@ -1,6 +1,6 @@
-"""Steps of solutions and searches, each alone: drag at the start, places along lines, drifts, the search of a pilot.
+"""Parts of solvers and searches, each alone: initial drag, arc lengths, drift, the pilot's search.
 
-Source: Morison's formula by hand; arc lengths added up; radii of gyration; damped oscillators; the rules as written.
+Source: Morison's equation by hand; summed arc lengths; radii of gyration; damped oscillators; the rules as written.
 """
 
 import inspect

@@ -1,7 +1,7 @@
-"""Restoring matrices: against differences of equilibria, a catenary's closed form, and hydrostatics.
+"""Restoring matrices against differences of equilibria, a closed-form catenary, and hydrostatics.
 
 Source: equilibria of `static` under small loads and motions, Irvine's catenary, rho g A and GM of a cylinder, MoorPy's
-stiffness of a coupled body.
+coupled stiffness of a body.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Material given as a table T(e): hanging and taut strings, vibration of one element, energy, what is refused.
+"""Nonlinear material given as a table T(e): hanging and taut strings, vibration of one element, energy, refusals.
 
-Source: strains of the table by numpy's interpolation and by quadrature, an oscillator by scipy.
+Source: strains from the table by numpy's interpolation and by quadrature, an oscillator with scipy.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Lines and bodies at joints that leave the water: at rest, in motion, in small motion, and where that is looked for.
+"""Lines and joint bodies that leave the water: at rest, in motion, in small motion, and where this is checked.
 
-Source: catenaries of one weight and of two (scipy), Archimedes for what floats, a string on an elastic bedding.
+Source: catenaries of one and of two weights (scipy), Archimedes for floats, a string on an elastic foundation.
 """
 
 import itertools

@@ -1,7 +1,7 @@
-"""Power take-offs: their law at rest and in motion, what they absorb, where they may hang.
+"""Power take-offs: their law at rest and in motion, absorbed power, and admissible attachments.
 
-Source: the equation of motion of a mass on a spring with dampers, friction and end stops, integrated by scipy; the
-linear heave of a float, by hand; balances of forces.
+Source: the equation of motion of a mass on a spring with dampers, friction and end stops, integrated with scipy; the
+linear heave of a float by hand; balances of forces.
 """
 
 import math

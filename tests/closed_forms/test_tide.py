@@ -1,7 +1,7 @@
-"""A tide: still water that rises and falls over a run.
+"""A tide: a still water level that rises and falls during a run.
 
-Source: the equilibrium of the same mooring in water as deep as at the instant; the motion without a tide, lifted as the
-water is; the level by hand.
+Source: equilibrium of the same mooring at the instantaneous depth; the tideless motion, raised with the water; the
+level by hand.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""Current, wind and force that change over time, from rows and files, and gusts by their spectra.
+"""Current, wind and force varying in time, from rows and files, and gusts from their spectra.
 
-Source: impulses as integrals by hand; equilibria in the current of an instant; the turbulence intensity of ISO 19901-1
-and of Kaimal; sums over depth and time by numpy.
+Source: impulses as integrals by hand; equilibria in the instantaneous current; the turbulence intensity of ISO 19901-1
+and of Kaimal; sums over depth and time in numpy.
 """
 
 import math

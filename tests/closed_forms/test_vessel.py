@@ -1,6 +1,6 @@
-"""Lines on a vessel whose motion is given: their ends are where a rigid body has them, in statics and at every step.
+"""Lines on a vessel with prescribed motion: their ends follow the rigid body, in statics and at every step.
 
-Source: rotations about the axes of the world by scipy; rows of the ends' own motions as keys of joints, bit for bit.
+Source: rotations about space-fixed axes with scipy; the same end motions given as keys of joints, bit for bit.
 """
 
 import base64

@@ -1,7 +1,7 @@
 """Winches: lines whose unstretched length is a function of time.
 
-Source: Newton's second law for a mass that is lifted; catenaries of the final length; conservation of energy; the
-scene's own rows, as the same function that a caller gives.
+Source: Newton's second law for a lifted mass; catenaries of the final length; conservation of energy; the scene's own
+table, passed as a caller's function.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Balances of a coupled run at every step, with loads that are worked out again in numpy.
+"""Balances of a coupled run at every step, with loads computed again in numpy.
 
-Source: dense numpy code of the equations (tests/support/dynamics_helpers.py): nodes of the cable, slices of the hull.
+Source: dense numpy code of the equations (tests/support/dynamics_helpers.py): cable nodes and hull slices.
 """
 
 import itertools
@@ -61,7 +61,7 @@ CASES = {
 
 
 class Snapshot:
-    """Everything of an instant, in order from the anchor."""
+    """The complete state at an instant, starting from the anchor."""
 
     def __init__(self, simulation):
         cable, problem = simulation.problem.lines, simulation.problem
@@ -79,7 +79,7 @@ class Snapshot:
 
 
 class History:
-    """A run of 25 steps: snapshots, residual by block of every step, and what is recorded of the last one."""
+    """A run of 25 steps: snapshots, residual by block of every step, and the record of the last step."""
 
     def __init__(self, scene):
         self.scene, self.body, self.dt = scene, Body(scene), scene["time"]["step"]
@@ -110,7 +110,7 @@ def history(request):
 
 
 def test_the_run_is_rough(history):
-    """The balances below are those of a state in which every term counts."""
+    """Every term is significant in the states used for the balances below."""
     first, last = history.snapshots[0], history.snapshots[-1]
     assert np.linalg.norm(last.p) > 0.2 * history.body.mass
     assert np.all(np.abs(last.r - first.r).max(axis=0) > 0.01)
@@ -119,7 +119,7 @@ def test_the_run_is_rough(history):
 
 
 def test_one_of_the_runs_is_submerged_at_times(history):
-    """There the deck is under water for some steps and out of it for others; elsewhere it is dry."""
+    """In it the deck is under water in some steps and dry in others; in the other runs it stays dry."""
     over = []
     for s in history.snapshots:
         deck = s.r_C + (history.scene["buoy"]["hull"][-1][0] - history.body.center) * s.d
@@ -136,7 +136,7 @@ def test_residual_of_every_block(history):
 
 
 def test_constraints(history):
-    """The cable ends in O, O is fixed to the body, the quaternion has length 1, and action equals reaction."""
+    """The cable ends in O, O is fixed to the body, the quaternion has norm 1, and action equals reaction."""
     for s in history.snapshots:
         assert s.r[0] == pytest.approx([0.0, 0.0, -history.scene["sea"]["depth"]], abs=1e-14)
         assert s.r[-1] == pytest.approx(s.r_O, abs=1e-11)
@@ -189,7 +189,7 @@ WEIGHTS = {1: np.array([1, 2, 2, 2, 2, 1]) / 10, 2: np.array([1, 4, 2, 4, 2, 4, 
     ids=["inextensible", "damped P2-P1", "tension-only"],
 )
 def test_the_anchor_takes_what_moves_the_cable(cable, scheme):
-    """Anchor's force, end force and weight are the rate of momentum, with the accelerations of the scheme."""
+    """Anchor force, end force and weight add up to the rate of momentum, with the scheme's accelerations."""
     radius = {"spectral_radius": 0.0} if scheme == "generalized-alpha" else {}
     scene = merged(WHIP, cable=WHIP["cable"] | cable, time={**WHIP["time"], "scheme": scheme, **radius})
     with running(scene) as simulation:
@@ -232,7 +232,7 @@ def test_momentum_of_the_buoy(history):
 
 
 def test_what_is_recorded(history):
-    """The wet hull, the water above C and the tensions of the record, at the end."""
+    """Wet hull, elevation above C and tensions in the record, at the end."""
     last, values = history.snapshots[-1], history.recorded
     mass, center, wet, diameter = history.strips(*history.snapshots[-2:]).wet()
     assert values["displaced_mass"] == pytest.approx(mass, rel=1e-5)

@@ -1,6 +1,6 @@
-"""A program in C that calls libdolfbuoy gets what a Session in Python gives, to the last bit.
+"""A C program calling libdolfbuoy gets the results of a Python Session, to the last bit.
 
-Source: the same steps in Python; the exit codes of the header.
+Source: the same steps in Python; the exit codes in the header.
 """
 
 import ctypes

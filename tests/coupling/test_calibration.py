@@ -1,6 +1,6 @@
-"""Numbers of a scene from measured series.
+"""Calibration: numbers of a scene fitted to measured series.
 
-Source: twins, runs of known numbers with and without noise; the lower bound of Cramer and Rao in closed form.
+Source: twin experiments (runs of known numbers, with and without noise); the Cramer-Rao lower bound in closed form.
 """
 
 import importlib
@@ -51,7 +51,7 @@ def test_twin_without_noise(twin):
 
 
 def test_deviations_know_no_units():
-    """(J^T J)^-1 of columns in newtons and in parts is that of the same columns, scaled."""
+    """(J^T J)^-1 with columns in newtons and in fractions is that of the same columns, scaled."""
     J = np.random.default_rng(1).normal(size=(50, 3))
     units = np.array([1.0, 1e-9, 1e6])
     found = module.inverse_of_squares(J * units)
@@ -91,7 +91,7 @@ AFLOAT = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2"}
 
 @pytest.mark.slow
 def test_accelerations_of_a_point():
-    """A twin whose mast and centre of mass are other ones, from what swings at the top of the mast."""
+    """A twin with another mast and centre of mass, from accelerations at the top of the mast."""
     true = {"buoy.mass": 420.0, "buoy.center_of_mass": 1.3}
     record, place = dolfbuoy.simulate("short", **AFLOAT, **true), (0.3, 0.0, 4.0)
     arms = {"buoy": np.array(place) - (0, 0, 1.3)}
@@ -119,7 +119,7 @@ def test_deviation_in_closed_form():
 
 
 def test_what_cannot_be_told_apart():
-    """Weight of line and body are one number in the tension; a number without effect is told too; so is a bound."""
+    """In the tension weights of line and body are one number; numbers without effect and bounds are reported too."""
     record = dolfbuoy.simulate(HANGING)
     fit = calibrate(HANGING, record, {"cable.line_density": (1.0, 4.0), "joint.weight.mass": (10.0, 50.0)}, noise=5.0)
     assert any("are not separable" in sentence for sentence in fit.sentences)
@@ -201,7 +201,7 @@ def test_command(call, twin, tmp_path):
 
 
 def test_accelerations_at_both_ends_go_on_in_a_line():
-    """Exact for a cubic at equal steps, ends included."""
+    """Exact for a cubic at equal steps, including both ends."""
     t = np.arange(0.0, 2.05, 0.1)
     x = np.column_stack([t**3 - t, 4 * t**2, 0 * t])
     assert _second(t, x) == pytest.approx(np.column_stack([6 * t, 0 * t + 8.0, 0 * t]), abs=1e-9)

@@ -1,6 +1,6 @@
-"""Numbers of unknowns on several ranks: one for each thing, whoever sees it, in the order of one rank.
+"""Numbering of unknowns on several ranks: unique, shared by all ranks, and in the order of one rank.
 
-Source: the numbering of one rank, and that a place, a tension or a joint is one thing.
+Source: the numbering on one rank; every node, tension and joint is a single unknown.
 """
 
 import contextlib
@@ -50,7 +50,7 @@ SCENES = {
 
 
 class Numbered(Problem):
-    """A problem that ends where its unknowns have their numbers, before an equation is made."""
+    """A problem that stops once its unknowns are numbered, before any equation is built."""
 
     def residuals(self):
         size = max([place.stop for place, _ in self.named()] + [a.whole.stop for a in self.attachments])
@@ -123,7 +123,7 @@ if found:
 
 @pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.slow)])
 def ranks(request, tmp_path_factory):
-    """What each rank tells of each scene."""
+    """The output of each rank for each scene."""
     here = Path(__file__).parent
     done = start_scenes(request.param, SCENES, tmp_path_factory.mktemp("ranks"), SCRIPT, here, here.parent / "support")
     assert done.returncode == 0, done.stderr[-3000:]
@@ -156,5 +156,5 @@ def test_every_unknown_has_one_number(ranks, name):
 
 
 def runs(order):
-    """Tensions that wait for one joint have no order of their own."""
+    """Tensions waiting for the same joint have no order among themselves."""
     return [sorted(run) if kind == "T" else list(run) for kind, run in itertools.groupby(order, lambda name: name[0])]

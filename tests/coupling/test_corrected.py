@@ -1,6 +1,6 @@
-"""Errors of the time steps, from a second trajectory without them, and runs that have none.
+"""Time-step errors from a second, corrected trajectory, and the runs for which there is none.
 
-Source: runs of the same mesh with short steps; orders of convergence; runs that were stopped, or made on two ranks.
+Source: runs on the same mesh with short steps; orders of convergence; runs that were stopped, or made on two ranks.
 """
 
 import math
@@ -58,7 +58,7 @@ def test_what_is_left_without_the_error(short, scheme, most, name):
 
 @pytest.mark.parametrize(("scheme", "order"), [("backward-euler", 2), ("bdf2", 3)])
 def test_order_without_the_error(scheme, order):
-    """One more than the scheme's own, of forces and of what is moved."""
+    """One more than the scheme's own, for forces and positions."""
     scene = load_scene("driven", cable__elements=4, time={"end": 4.0}, solver={"step_tolerance": 1e-9})
     fine = simulate(scene, time={"scheme": "bdf2", "step": 0.005, "end": 4.0})
     left = []
@@ -71,7 +71,7 @@ def test_order_without_the_error(scheme, order):
 
 
 def test_a_run_stays_what_it_is(short):
-    """To the last bit; a scene that asks for no errors has none."""
+    """To the last bit; a scene that requests no errors has none."""
     run, _ = short["bdf2"]
     plain = simulate("short", time={"scheme": "bdf2", "step": 0.05, "end": 6.0})
     assert [name for name in plain.data_vars if name.endswith("_error")] == []
@@ -91,7 +91,7 @@ STOPS = [(1, "bdf2"), (7, "backward-euler"), (2, "bdf2"), (7, "bdf2"), (1, "back
     ("steps", "scheme"), [*STOPS[:2], *(pytest.param(*stop, marks=pytest.mark.slow) for stop in STOPS[2:])]
 )
 def test_a_run_that_was_stopped(tmp_path, monkeypatch, scheme, steps):
-    """Errors to the last bit, also where the past was still too short."""
+    """Equal errors to the last bit, even if stopped while the history was still too short."""
     monkeypatch.setattr(Recorder, "pause", 0.0)
     monkeypatch.setattr(Recorder, "share", 1e9)
 
@@ -110,14 +110,14 @@ def test_a_run_that_was_stopped(tmp_path, monkeypatch, scheme, steps):
 
 
 def test_until_the_first_other_step():
-    """The last step is shorter than the others here: its errors are not known."""
+    """Here the last step is shorter than the others: its errors are unknown."""
     run = simulate("short", cable__elements=4, time={"scheme": "bdf2", "step": 0.05, "end": 0.48}, **TIME)
     known = np.isfinite(run.tension_top_error[:, 0])
     assert known.values.tolist() == [True] * 10 + [False]
 
 
 def test_a_run_that_cannot_be_followed():
-    """With a 25th of the period the run itself is a third of the range off; what was found before stays small."""
+    """With 25 steps per period the run is wrong by a third of the range; errors found before stay small."""
     run = simulate("short", time={"scheme": "bdf2", "step": 0.2, "end": 16.0}, **TIME)
     error, known = run.tension_top_error[:, 0].values, np.isfinite(run.tension_top_error[:, 0].values)
     assert 30 < known.sum() < len(error)
@@ -148,7 +148,7 @@ def test_angles_that_turn_on():
 
 
 def test_the_band_in_the_figure(short):
-    """From the run to what it were without the error, in kN."""
+    """From the run to the run minus its error, in kN."""
     run, _ = short["backward-euler"]
     bands = figures.tension(run).axes[0].collections
     for band, name in zip(bands, ("tension_top", "tension_anchor"), strict=True):
@@ -159,7 +159,7 @@ def test_the_band_in_the_figure(short):
 
 
 def test_parts_in_the_summary():
-    """Parts that are known stand behind the bar, in its unit."""
+    """Known contributions follow the error bar, in its unit."""
     record = xr.Dataset(
         {
             "bar_value": ("output", [12345.0, 20.0, 30.0]),

@@ -1,4 +1,4 @@
-"""Designs: expressions of keys and outputs, and numbers for which one is least within limits.
+"""Design: expressions of keys and outputs, and numbers that minimise one of them within limits.
 
 Source: optima and multipliers of a hanging line in closed form; Python's own arithmetic.
 """
@@ -87,7 +87,7 @@ def test_no_value():
 
 @pytest.mark.parametrize("start", [2.0, 5.0, 8.0])
 def test_lightest_line_that_pulls_enough(start):
-    """g (w L + m) > 600 N with w L + 2 m least: as little m and as much w as it takes; a newton more costs 1/g."""
+    """g (w L + m) > 600 N with minimal w L + 2 m: minimal m and maximal w; a newton more costs 1/g."""
     found = design(
         HANGING,
         VARY,
@@ -106,7 +106,7 @@ def test_lightest_line_that_pulls_enough(start):
 
 
 def test_a_line_that_is_nowhere_slack():
-    """g (w L/6 + m) of the lowest of three elements is held above 400 N."""
+    """g (w L/6 + m), in the lowest of three elements, is kept above 400 N."""
     found = design(HANGING, {"joint.weight.mass": (20.0, 60.0)}, "joint.weight.mass", ["smallest_tension.min > 400"])
     assert float(found.dataset.value[0]) == pytest.approx(400 / 9.81 - 5.0, rel=1e-5)
 
@@ -139,7 +139,7 @@ def test_chain_and_sinker_of_a_navigation_buoy():
 
 
 def test_limits_hold_in_all_load_cases():
-    """The case with the larger gravity decides."""
+    """The case with the larger gravity governs."""
     cases = [{}, {"gravity": 12.0}]
     found = design(
         HANGING, {"cable.line_density": (1.0, 9.0)}, "-cable.line_density", ["tension_top.mean < 700"], cases
@@ -148,7 +148,7 @@ def test_limits_hold_in_all_load_cases():
 
 
 def test_section_of_a_scene(call, tmp_path):
-    """What options would say stands in the scene."""
+    """The scene contains what would otherwise be options."""
     section = {
         "vary": {"cable.line_density": [1.0, 9.0]},
         "least": "-cable.line_density",
@@ -168,7 +168,7 @@ def test_section_of_a_scene(call, tmp_path):
 
 
 def test_soft_maximum():
-    """Its formula, and the derivative of that by central differences."""
+    """Its formula, and its derivative by central differences."""
     changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
 
     def soft(record):
@@ -191,7 +191,7 @@ def test_what_cannot_be_kept():
 
 
 def chain_of(least, hold, high):
-    """A design of the size of a hanging chain, from 11 mm on."""
+    """A design of the size of a hanging chain, from 11 mm up."""
     own = {key: value for key, value in HANGING["cable"].items() if key not in ("line_density", "axial_stiffness")}
     scene = {**HANGING, "cable": {**own, "material": "chain R3 studless 20 mm"}}
     name = "material.chain-R3-studless-20-mm"
@@ -206,7 +206,7 @@ def chain_of(least, hold, high):
     ],
 )
 def test_sizes_of_the_library(least, hold, size, made):
-    """g (19.9e3 d^2 L + m) = 700 N at 14.4 mm, which is not made: 14 keeps a tension below that, 16 one above."""
+    """g (19.9e3 d^2 L + m) = 700 N at 14.4 mm, not a stock size: 14 mm keeps a tension below that, 16 mm above."""
     name = "chain-R3-studless-20-mm"
     found = chain_of(least, hold, 24.0)
     assert math.sqrt((700 / 9.81 - 30.0) / 10 / 19.9e3) * 1e3 == pytest.approx(size, abs=1e-3)
@@ -219,7 +219,7 @@ def test_sizes_of_the_library(least, hold, size, made):
 
 
 def test_a_size_beyond_the_bounds():
-    """16 mm would do, and is above 15."""
+    """16 mm would suffice, but exceeds the bound of 15 mm."""
     found = chain_of("", "tension_top.mean > 700", 15.0)
     assert found.dataset.value.values == pytest.approx([14.416], abs=1e-3)
     assert len(found.sentences) == 1
@@ -233,7 +233,7 @@ def test_sizes_that_do_not_serve():
 
 
 def test_a_limit_within_its_error_bar():
-    """The top tension of `driven` with large steps is a limit of itself: its error bar reaches beyond."""
+    """The limit is the top tension of `driven` itself, with large steps: the error bar extends beyond it."""
     steps = {"time.end": 8.0, "time.step": 0.2, "cable.elements": 10}
     top = float(dolfbuoy.simulate("driven", cable__normal_drag=0.5, **steps).tension_top.max())
     found = design(

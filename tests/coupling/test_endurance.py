@@ -1,6 +1,6 @@
 """Long runs: no drift, no growth, and an energy balance that closes at the order of the scheme.
 
-Source: sums over elements in numpy, the balance of energy.
+Source: sums over elements in numpy, the energy balance.
 """
 
 import math
@@ -33,7 +33,7 @@ BUOY = merged(MOORED, cable__elements=6, waves__ramp=3.0)
 
 
 def test_energies_and_powers_of_a_cable():
-    """Every number of the balance against sums over the elements in plain numpy."""
+    """Every number of the balance against sums over elements in plain numpy."""
     dt, c, rho, g = 0.02, CABLE["cable"], 1025.0, 9.81
     with running(CABLE) as simulation:
         meter, cable, u = Meter(simulation), simulation.problem.lines, simulation.system.u
@@ -98,7 +98,7 @@ def test_defect_of_the_balance_has_the_order_of_the_scheme(scene, scheme):
 
 
 def test_backward_euler_takes_energy_away():
-    """It damps; nothing creates energy."""
+    """It damps; energy is never created."""
     row = energy.evaluate({"scene": CABLE, "t_end": 5.0, "step": 0.04, "scheme": "backward-euler"})
     assert row["defect"] < 0
 
@@ -115,7 +115,7 @@ t = np.arange(0, 100.01, 0.1)
 
 
 def record(growth=0.0, drift=0.0, **attributes):
-    """A made-up buoy that swings with a period of 5 s."""
+    """A made-up buoy oscillating with a period of 5 s."""
     swing = np.sin(2 * np.pi * t / 5)
     position = np.stack([3 * swing + drift * t, 2 * swing, swing], axis=1)
     unit = np.tile([1.0, 0, 0, 0], (len(t), 1))
@@ -160,7 +160,7 @@ def test_what_is_noticed():
 
 
 def test_short_for_a_while(tmp_path, capsys):
-    """The start has died out after a minute and a half; a second call reads what the first has left."""
+    """The transient has decayed after a minute and a half; a second call reads the results of the first."""
     options = {"duration": 150.0, "window": 15.0, "skip": 6, "out": tmp_path}
     endurance.main("short", tolerance=1e-3, **options)
     assert "FAILED" not in capsys.readouterr().out

@@ -1,7 +1,7 @@
-"""A scene as FMU: what FMPy gets from it by FMI 3.0 is what a Session gives, and the order of its extrapolation.
+"""A scene as an FMU: under FMI 3.0, FMPy gets the results of a Session; order of input extrapolation.
 
-Source: the schema of FMI 3.0 and the checks of FMPy's validation; the same scene in Python; the orders 1, 2 and 3 of
-inputs that are held, or go on along a line or a parabola.
+Source: the FMI 3.0 schema and FMPy's validation; the same scene in Python; orders 1, 2 and 3 for inputs held constant,
+or extrapolated linearly or quadratically.
 """
 
 import zipfile
@@ -32,7 +32,7 @@ LONE = merged(MOORED, cable__elements=6, waves__ramp=0.2, time={"end": 1.0, "ste
 
 
 class Slave(FMU3Slave):
-    """An FMU that is initialized; variables by name."""
+    """An initialised FMU; variables by name."""
 
     def __init__(self, file, folder, start=0.0, ready=True):
         self.model = fmpy.read_model_description(file)
@@ -151,7 +151,7 @@ def test_states_are_taken_back_bit_for_bit(line, tmp_path):
 
 
 def test_states_go_on_in_another_instance(line, tmp_path):
-    """As bytes; in one that is initialized, and in one that is not yet; other bytes are refused."""
+    """As bytes, in an instance that is or is not yet initialised; other bytes are refused."""
 
     def go(slave, begin, end):
         found = []
@@ -238,7 +238,7 @@ def test_a_step_that_is_not_possible_is_a_status_and_a_message(line, tmp_path, c
 
 
 def test_a_winch_is_that_of_a_session(tmp_path):
-    """Its length is an input; its tension, the mean one of the line, an output between those of both ends."""
+    """Length is an input; mean line tension is an output, between those of the ends."""
     file = tmp_path / "winch.fmu"
     export(load_scene(LINE), file, ["cable.winch", "cable.to"])
     assert validate_fmu(str(file)) == []

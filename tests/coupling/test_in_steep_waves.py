@@ -1,6 +1,6 @@
-"""Buoys in steady waves of finite height: on their surface, as Airy's if they are small, their energy, other waves.
+"""Buoys in steady waves of finite height: on the surface, in the limit of Airy waves, energy, other waves.
 
-Source: the same program in Airy waves, whose limit these are; the surface, along which there is no pressure gradient.
+Source: the same program in Airy waves, the small-amplitude limit; the surface, with no pressure gradient along it.
 """
 
 import numpy as np
@@ -24,14 +24,14 @@ def scene_of(waves, **time):
 
 
 def trajectory(scene, steps):
-    """Unknowns after each of some steps."""
+    """Unknowns after each of several steps."""
     with running(scene) as simulation:
         return np.array([simulation.system.u.copy() for _, _ in zip(range(steps), simulation.run(), strict=False)])
 
 
 @pytest.mark.slow
 def test_small_waves_are_airy_waves():
-    """Place of the buoy over 100 steps: theories differ with the square of the height."""
+    """Position of the buoy over 100 steps: the theories differ by the square of the height."""
     differences = []
     for height in (0.04, 0.02):
         size = {"height": height}
@@ -49,7 +49,7 @@ def test_once_per_step_compared_with_exact():
 
 
 def test_free_float_without_drag_stays_on_the_surface():
-    """A disc of 0.4 m in waves of 4 m: as deep in the water at every phase, and carried on by less than the water."""
+    """A disc of 0.4 m in waves of 4 m: constant draft at every phase, and less drift than the water."""
     scene = {
         "gravity": 9.81,
         "sea": {"depth": 20.0},
@@ -72,7 +72,7 @@ def test_record_has_the_wave():
 
 
 def test_another_wave_needs_no_new_problem():
-    """Another height, period, order and depth are numbers of the same forms."""
+    """Height, period, order and depth are only numbers in the same forms."""
     first, second = (
         load_scene(scene_of(STEEP | changes, step=0.05))
         for changes in ({}, {"height": 1.0, "period": 6.0, "order": 12, "kinematics": "exact"})
@@ -86,7 +86,7 @@ def test_another_wave_needs_no_new_problem():
 
 
 def test_energy_balances():
-    """What kinetic and potential energy gain is the work of the accounts: the defect falls with the step."""
+    """Kinetic and potential energy gained equal the recorded work: the defect falls with the step."""
     defects = []
     for step in (0.02, 0.01):
         with running(merged(scene_of(STEEP, step=step, end=2.0, scheme="bdf2"), cable__elements=6)) as simulation:

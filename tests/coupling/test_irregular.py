@@ -1,4 +1,4 @@
-"""A moored buoy in irregular seas: once per step beside every iterate, one component beside a regular wave, statistics.
+"""A moored buoy in irregular seas: kinematics per step or per iterate, one component as a regular wave, statistics.
 
 Source: the same program in a regular wave, with exact kinematics, and its linear response; theory of linear systems.
 """
@@ -30,7 +30,7 @@ def scene_of(waves, buoy=None, **time):
 
 
 def trajectory(scene, steps):
-    """Unknowns after each of some steps."""
+    """Unknowns after each of several steps."""
     with running(scene) as simulation:
         return np.array([simulation.system.u.copy() for _, _ in zip(range(steps), simulation.run(), strict=False)])
 
@@ -39,7 +39,7 @@ def trajectory(scene, steps):
     "buoy", [{}, {"disk_averages": True, "wave_damping": [100.0, 200.0]}], ids=["plain", "averaged"]
 )
 def test_one_component_is_a_regular_wave(buoy):
-    """The forms of a regular wave and the sums at points, by all unknowns of 100 steps; and once per step."""
+    """Forms of a regular wave against sums at points, in all unknowns of 100 steps; also once per step."""
     component = {"components": [[0.8, 5.0, 0.0, 30.0]], "direction_deg": 150.0, "ramp": 2.0}
     expected = trajectory(scene_of(REGULAR, buoy), 100)
     size = np.abs(expected).max(axis=0) + 1e-3 * np.abs(expected).max()
@@ -49,7 +49,7 @@ def test_one_component_is_a_regular_wave(buoy):
 
 
 def test_narrow_band_tends_to_the_regular_wave():
-    """Nine components about one period: over 20 s their answer differs with the square of the band's width."""
+    """Nine components about one period: over 20 s the difference falls with the square of the bandwidth."""
     expected, differences = trajectory(scene_of(REGULAR, step=0.05), 400), []
     for width in (0.02, 0.01, 0.005):
         periods = 5.0 / (1 + width * np.linspace(-1, 1, 9))
@@ -82,7 +82,7 @@ def test_once_per_step_beside_exact():
     ("tilt", "height"), [(0.0, 0.0), (0.3, 0.4), (0.3, -1.2), (1.5707, 0.0), (1.61, -0.07), (2.9, -0.2), (0.4, 3.5)]
 )
 def test_points_of_a_hull_find_the_water_by_its_expansion(tilt, height):
-    """Upright, leaning, lying, upside down, all but drowned: what is submerged is what the sums themselves say."""
+    """Upright, leaning, lying, upside down, nearly submerged: the wet part agrees with the sums themselves."""
     axis, found = np.array([0.6, 0.8, 0.0]), {}
     for kinematics in ("step", "exact"):
         problem = Problem(load_scene(scene_of(SEA | {"kinematics": kinematics})), dynamic=True)
@@ -103,7 +103,7 @@ def test_points_of_a_hull_find_the_water_by_its_expansion(tilt, height):
 
 @pytest.mark.parametrize("kinematics", ["step", "exact"])
 def test_retried_step_is_that_of_who_never_failed(kinematics):
-    """A step that is given up leaves nothing behind in the coefficients."""
+    """A rejected step leaves no trace in the coefficients."""
     scene = scene_of(SEA | {"kinematics": kinematics}, step=0.05)
     with running(scene) as one, running(scene) as other:
         for simulation in (one, other):
@@ -119,7 +119,7 @@ def test_retried_step_is_that_of_who_never_failed(kinematics):
 
 
 def test_record_knows_its_sea():
-    """Components stand in it; the elevation above C is their sum."""
+    """It contains the components; the elevation above C is their sum."""
     scene = load_scene(scene_of(SEA | {"spreading": 8.0, "ramp": 1.0}, end=1.0))
     run, found = simulate(scene), components_of(scene.waves)
     assert np.array_equal(run.wave_amplitude.values, found.amplitude)
@@ -130,7 +130,7 @@ def test_record_knows_its_sea():
 
 
 def test_another_sea_needs_no_new_problem():
-    """More components, another seed and depth, exact kinematics: numbers of the same forms."""
+    """More components, another seed and depth, exact kinematics: only numbers in the same forms."""
     first, second = (
         load_scene(scene_of(SEA | changes, step=0.05))
         for changes in ({}, {"components": 77, "seed": 5, "kinematics": "exact"})
@@ -144,7 +144,7 @@ def test_another_sea_needs_no_new_problem():
 
 
 def test_energy_balances():
-    """What kinetic and potential energy gain is the work of the accounts: the defect falls with the step."""
+    """Kinetic and potential energy gained equal the recorded work: the defect falls with the step."""
     defects = []
     for step in (0.02, 0.01):
         scene = scene_of(SEA | {"ramp": 2.0}, step=step, end=2.0, scheme="bdf2")
@@ -164,7 +164,7 @@ def test_energy_balances():
 
 @pytest.mark.slow
 def test_linear_response_of_a_free_buoy():
-    """Heave and pitch of a small sea in bands: variances are those of RAO^2 S, within the statistical error."""
+    """Heave and pitch in a low sea, by bands: variances are those of RAO^2 S, within the statistical error."""
     scene = load_scene("free-buoy").to_dict()
     waves = {"spectrum": "pierson-moskowitz", "significant_height": 0.02, "peak_period": 6.0, "components": 400}
     end, step, start = 2400.0, 0.05, 300.0

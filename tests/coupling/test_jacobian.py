@@ -3,7 +3,7 @@
 Taylor's remainder |F(u + h d) - F(u) - h J d| must fall as h^2 for directions d in every block of unknowns and in every
 block of equations, at a state where nothing is zero: tilted, half submerged, moving fast through waves and current.
 
-Source: finite differences of the residual; the table of what couples is written by hand.
+Source: finite differences of the residual; a table of couplings written by hand.
 """
 
 import math
@@ -56,7 +56,7 @@ STATIC = {
 
 
 def coupled_scene(elastic=True, kinks=False, **buoy):
-    """Every effect at once.  kinks: of waves and current at the surface."""
+    """All effects at once.  kinks: of waves and current at the surface."""
     cable = {"length": 14.0, "line_density": 7.3, "diameter": 0.05, "elements": 3, "added_mass": 0.4}
     cable |= {"normal_drag": 0.9, "tangential_drag": 0.2, "anchor": [0.2, -0.1, -12.0]}
     if elastic:
@@ -82,7 +82,7 @@ def coupled_scene(elastic=True, kinks=False, **buoy):
 
 
 def tilted_quaternion(rng):
-    """A tilt of 40 degrees and a turn about the axis, not of unit length."""
+    """A tilt of 40 degrees and a rotation about the axis, not of unit norm."""
     heading, spin = rng.uniform(0, 2 * math.pi, 2)
     tilt = Rotation.from_rotvec(TILT * np.array([math.cos(heading), math.sin(heading), 0]))
     x, y, z, w = (tilt * Rotation.from_rotvec([0, 0, spin])).as_quat()
@@ -90,7 +90,7 @@ def tilted_quaternion(rng):
 
 
 def random_state(problem, rng):
-    """Put a state without any symmetry into the system; velocities of metres per second."""
+    """Put an asymmetric state into the system; velocities of metres per second."""
     system, scene, u = problem.system, problem.scene, problem.system.u
     problem.lines.set_shape(
         u,
@@ -176,7 +176,7 @@ def linearised(request):
 
 
 def test_state_is_tilted_and_half_submerged():
-    """The state of these tests is what they say."""
+    """The state of these tests is as described."""
     problem = Problem(coupled_scene(), dynamic=True)
     random_state(problem, np.random.default_rng(5))
     found = Observer(problem).values({"end_tension": np.zeros(3)})
@@ -189,7 +189,7 @@ def test_state_is_tilted_and_half_submerged():
 
 
 def test_blocks_couple_as_the_equations_do(linearised):
-    """Every block that the equations couple has a derivative, and no other."""
+    """A block has a derivative exactly where the equations couple."""
     assert set(linearised.names) == set(linearised.table)
     for row in linearised.names:
         for column in linearised.names:
@@ -244,7 +244,7 @@ def test_kinks_at_the_surface():
 
 
 def test_jacobian_changes_with_the_mooring_point():
-    """mooring_height is the lever of T_O and the place of r_O, and nothing else."""
+    """mooring_height is the lever of T_O and the position of r_O, and nothing else."""
     jacobians = []
     for height in (0.23, 0.31):
         problem = Problem(coupled_scene(mooring_height=height), dynamic=True)

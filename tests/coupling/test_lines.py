@@ -1,4 +1,4 @@
-"""Lines that do not touch: one mesh, and as many independent answers.
+"""Unconnected lines on one mesh give independent answers.
 
 Source: each line alone.
 """
@@ -34,7 +34,7 @@ def pair(first, second):
 
 
 def steps(problem, pieces, count=10):
-    """Shapes and tensions of the lines after some steps of backward Euler from the catenaries at rest."""
+    """Shapes and tensions of the lines after several backward Euler steps from the static catenaries."""
     lines, u, h = problem.lines, problem.system.u, 0.02
     for k, piece in enumerate(pieces):
         c, (low, high) = piece.section, piece.ends
@@ -77,7 +77,7 @@ def answers():
 
 
 def test_two_lines_are_two_answers(answers):
-    """Shape, tension and the reactions of the ends, to rounding; the lines differ in all but their pair."""
+    """Shape, tension and end reactions, to rounding; the lines differ in everything but their element pair."""
     for (r, T, force), (r_alone, T_alone, force_alone) in zip(*answers, strict=True):
         np.testing.assert_allclose(r, r_alone, atol=1e-9)
         np.testing.assert_allclose(T, T_alone, rtol=1e-7, atol=1e-7 * np.abs(T_alone).max())
@@ -85,7 +85,7 @@ def test_two_lines_are_two_answers(answers):
 
 
 def test_the_lines_move(answers):
-    """The answers are those of a motion, and not alike."""
+    """The lines move, and differently."""
     (r, T, _), (other, T_other, _) = answers[0]
     assert np.ptp(r, axis=0).min() > 1.0
     assert len(r) != len(other)
@@ -93,7 +93,7 @@ def test_the_lines_move(answers):
 
 
 def test_what_lines_share_is_no_property_per_cell():
-    """Lines that are equal but for their places have constants only; an inextensible scene has no strain."""
+    """Lines that differ only in position have constants only; an inextensible scene has no strain."""
     twin = pair(FIRST, FIRST | {"anchor": [0.0, 40.0, -30.0]})
     equal, different = (Lines(MPI.COMM_SELF, scene, True) for scene in (twin, pair(FIRST, SECOND)))
     count = [len(_coefficients(lines)) for lines in (equal, different)]
@@ -107,7 +107,7 @@ def _coefficients(lines):
 
 
 def test_one_line_is_numbered_as_ever():
-    """One line begins at s = 0."""
+    """A single line begins at s = 0."""
     with_one = Simulation(alone(FIRST), MPI.COMM_SELF)
     lines = with_one.problem.lines
     assert lines.begins.tolist() == [0.0]

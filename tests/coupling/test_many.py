@@ -1,6 +1,6 @@
-"""As many buoys and lines as memory holds.
+"""As many buoys and lines as fit in memory.
 
-Source: the same buoy or line alone; what is too much is refused before anything is built.
+Source: the same buoy or line alone; scenes that are too large are refused before anything is built.
 """
 
 import time
@@ -37,7 +37,7 @@ def buoys_at(places, sea):
 
 
 def lines_at(places):
-    """Lines to tops that are moved, side by side at these y [m]."""
+    """Lines to moving tops, side by side at these y [m]."""
     tables = [
         LINE | {"name": f"c{k}", "from": [0.0, y, -50.0], "top": TOP | {"position": [20.0, y, -10.0]}}
         for k, y in enumerate(places)
@@ -46,7 +46,7 @@ def lines_at(places):
 
 
 def after_steps(scene, steps=12):
-    """States of the buoys (buoys, 13), if there are any, and forces that hold the ends of the cables."""
+    """States of the buoys (buoys, 13), if any, and forces holding the cable ends."""
     with running(load_scene(scene)) as simulation:
         for _ in range(steps):
             simulation.step(simulation.scene.time.step)
@@ -71,7 +71,7 @@ def test_free_buoys(count, sea):
 
 
 def test_hundreds_of_hooks():
-    """All are called, in their order."""
+    """All are called, in order."""
     called, values = [], np.zeros(1)
     hooks = loops.Hooks(values)
     for k in range(300):
@@ -83,7 +83,7 @@ def test_hundreds_of_hooks():
 
 @pytest.mark.parametrize("count", [4, pytest.param(300, marks=pytest.mark.slow)])
 def test_lines(count):
-    """Each is pulled as if it were alone, at rest and in motion."""
+    """Tensions are those of each line alone, at rest and in motion."""
     places = 30.0 * np.arange(count)
     many, alone = solve_static(lines_at(places)), solve_static(lines_at([0.0]))
     np.testing.assert_allclose(many.tension_top, np.full(count, float(np.squeeze(alone.tension_top))), rtol=1e-9)
@@ -96,7 +96,7 @@ def test_lines(count):
 
 
 def test_buoys_without_a_cable_at_rest():
-    """Each floats as deep as it does alone, whatever wind there is; `check` has rows of each."""
+    """Each floats at the draft it has alone, in any wind; `check` has rows for each."""
     heavy = HULL | {"name": "heavy", "mass": 600.0, "wind": {"speed_10m": 9.0, "drag_coefficient": 1.0, "area": 1.0}}
     heavy["wind"]["height"] = 1.5
     scene = {"sea": {"depth": 20.0}, "buoy": [HULL | {"name": "light"}, heavy]}
@@ -110,7 +110,7 @@ def test_buoys_without_a_cable_at_rest():
 
 @pytest.mark.parametrize("count", [1, 300])
 def test_more_elements_than_memory_holds(count):
-    """One sentence, at once."""
+    """One message, at once."""
     scene = lines_at(30.0 * np.arange(count))
     for cable in scene["cable"]:
         cable |= {"elements": 10_000_000, "position_degree": 4, "tension_degree": 3}
@@ -124,7 +124,7 @@ def test_more_elements_than_memory_holds(count):
 
 @pytest.mark.parametrize("ask", [solve_static, simulate, check])
 def test_more_buoys_than_memory_holds(ask, monkeypatch):
-    """One sentence, before any of them is looked at."""
+    """One message, before any buoy is processed."""
     monkeypatch.setattr(feasible, "memory", lambda: 5 * feasible.PER_BUOY)
     feasible.check_size(load_scene(buoys_at(range(5), "regular")), MPI.COMM_SELF)
     monkeypatch.setattr(feasible, "float_upright", lambda *given: pytest.fail("a draft was computed"))
@@ -143,7 +143,7 @@ def around(count):
 
 
 def test_modes_that_are_not_found_next_to_one_frequency(monkeypatch):
-    """Periods of the buoy are then those found next to the others."""
+    """Periods of the buoy then come from modes near the other frequencies."""
     found, called, eigs = check(around(3)).periods, [], periods.eigs
 
     def one_fails(*given, **how):
@@ -168,7 +168,7 @@ def test_check_of_hundreds_of_lines():
 
 
 def test_figures_of_the_largest(tmp_path, monkeypatch):
-    """Of many cables those that are pulled hardest have figures of their own, and one sentence says so."""
+    """Of many cables, those with the largest tension have figures of their own, and a message says so."""
     scene, said = lines_at([0.0, 30.0, 60.0, 90.0]), []
     for cable, length in zip(scene["cable"], (60.0, 50.0, 60.0, 49.0), strict=True):
         cable["length"] = length

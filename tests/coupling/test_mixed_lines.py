@@ -1,6 +1,6 @@
 """Lines of one scene that differ in slack law, stiffness, element pair, strain form and damping.
 
-Source: trusses and catenaries solved by scipy; P1-P0 elements, for which both strain forms have one solution.
+Source: trusses and catenaries solved with scipy; P1-P0 elements, for which both strain forms have the same solution.
 """
 
 import copy
@@ -40,7 +40,7 @@ JIB = {
 
 
 def reach(H, V, length, w, EA):
-    """(x, z) from the start to the end of an elastic catenary that is pulled there by H and V (Irvine 1981)."""
+    """(x, z) from start to end of an elastic catenary pulled at its end by H and V (Irvine 1981)."""
     low = V - w * length
     x = H * length / EA + H / w * (math.asinh(V / H) - math.asinh(low / H))
     return x, w * length / EA * (V / w - length / 2) + (math.hypot(H, V) - math.hypot(H, low)) / w
@@ -84,7 +84,7 @@ FLOAT = {
 
 
 def test_an_inextensible_leg_beside_a_rubber_cord_at_rest():
-    """Straight lines without weight in water: the leg keeps its length, the cord pulls as its table says."""
+    """Straight lines, weightless in water: the leg keeps its length, the cord pulls according to its table."""
     lift = (1025.0 * 0.25 - 100.0) * G
     strains, pulls = np.array(TABLE).T
 
@@ -107,7 +107,7 @@ def test_an_inextensible_leg_beside_a_rubber_cord_at_rest():
 
 
 def swung(scene, **more):
-    """The scene with its first end moved to and fro."""
+    """The scene with its first end oscillating."""
     found = copy.deepcopy(scene) | {"time": {"end": 1.0, "step": 0.01, "scheme": "bdf2"}} | more
     start = found["cable"][1]["from"]
     found["joint"] = [*found["joint"], {"name": "swing", "position": start, "amplitude": [0.3, 0.2, 0.1]}]
@@ -117,7 +117,7 @@ def swung(scene, **more):
 
 
 def test_energy_of_mixed_lines_is_kept():
-    """P1-P0 elements, whose tension does no other work; a damped chain beside a strut, a leg beside a damped cord."""
+    """P1-P0 elements, without spurious work of tension; a damped chain beside a strut, a leg beside a damped cord."""
     plain = {"position_degree": 1, "tension_degree": 0}
     jib, held = copy.deepcopy(JIB), copy.deepcopy(FLOAT)
     jib["cable"][1] |= plain | {"damping": 3e4, "strain_form": "energy"}
@@ -174,7 +174,7 @@ def in_groups(scene):
 
 @pytest.mark.parametrize("scheme", [pytest.param("backward-euler", marks=pytest.mark.slow), "bdf2"])
 def test_groups_of_lines_are_the_lines(scheme):
-    """All that a scene may call for, with its lines on one mesh and on two; in waves, on the bed, grown, parted."""
+    """All options of a scene, with lines on one mesh and on two; in waves, on the bed, with growth, parted."""
     scene = EVERYTHING | {"time": EVERYTHING["time"] | {"scheme": scheme}}
     one, two = (simulate(made) for made in (scene, in_groups(scene)))
     for quantity in QUANTITIES:
@@ -185,7 +185,7 @@ def test_groups_of_lines_are_the_lines(scheme):
 
 
 def test_a_run_of_groups_goes_on_to_the_last_bit(tmp_path):
-    """Stopped half way: friction, growth and what has parted are kept with each group."""
+    """Stopped half way: friction, growth and parted lines are kept in each group."""
     scene = load_scene(in_groups(EVERYTHING))
     whole, half = Simulation(scene, MPI.COMM_SELF), Simulation(scene, MPI.COMM_SELF)
     assert len(list(itertools.islice(half.run(), 12))) == 12
@@ -199,7 +199,7 @@ def test_a_run_of_groups_goes_on_to_the_last_bit(tmp_path):
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks(tmp_path):
-    """Groups on two ranks give what they give on one, to 1e-8 of the size of each quantity."""
+    """Groups on two ranks agree with one rank, to 1e-8 of the size of each quantity."""
     scene = in_groups(EVERYTHING) | {"time": EVERYTHING["time"] | {"end": 0.5}}
     done = start_scenes(2, {"groups": scene}, tmp_path)
     assert done.returncode == 0, done.stderr[-2000:]
@@ -209,7 +209,7 @@ def test_ranks(tmp_path):
 
 
 def test_a_line_that_bends_beside_one_that_does_not():
-    """Of the same degrees; each is at rest as it is alone."""
+    """With the same degrees; each is at rest as it is alone."""
     common = {"length": 12.0, "line_density": 5.0, "axial_stiffness": 1e6, "position_degree": 2, "tension_degree": 1}
     lines = {
         "stiff": common | {"from": [0.0, 0.0, 0.0], "to": [9.0, 0.0, 1.0], "bending_stiffness": 2e3, "elements": 6},

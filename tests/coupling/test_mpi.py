@@ -118,7 +118,7 @@ def parallel(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def serial():
-    """The records of one process."""
+    """The records of a single process."""
     return {name: dolfbuoy.simulate(scene) for name, scene in SCENES.items()}
 
 
@@ -148,14 +148,14 @@ def test_same_as_serial(serial, parallel, name):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_serial_run_moves(serial, name):
-    """The comparison is not one of two scenes at rest."""
+    """The comparison is not between scenes at rest."""
     run = serial[name]
     place = run.buoy_position if "buoy_position" in run else run.cable_position
     assert np.abs(place - place[0]).max() > 1e-4
 
 
 def test_more_ranks_than_elements(tmp_path):
-    """It runs, or it says in a sentence why not; it does not crash."""
+    """It runs, or refuses with a message; it does not crash."""
     scene = merged(SCENES["free end"], cable__elements=1)
     done = start_scenes(2, {"rod": scene}, tmp_path)
     assert done.returncode == 0 or "dolfbuoy.errors.InputError" in done.stderr, done.stderr[-3000:]

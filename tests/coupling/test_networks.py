@@ -1,6 +1,6 @@
-"""Lines that hang together: joints, bodies, bridles, several buoys.
+"""Connected lines: joints, bodies, bridles, several buoys.
 
-Source: the same line in one piece; each part alone; the network mirrored and turned; the balance of energy; one rank.
+Source: the same line in one piece; each part alone; the network mirrored and rotated; the energy balance; one rank.
 """
 
 import copy
@@ -57,7 +57,7 @@ DIRECTIONS = {"east": 0.0, "north": 2.1, "south": -2.0}
 
 
 def spread(x, name, legs=DIRECTIONS):
-    """(cables, buoy) of a hull at x on legs that begin at fairleads off its axis."""
+    """(cables, buoy) of a hull at x on legs from fairleads off its axis."""
     around = {leg: [1.5 * np.cos(a), 1.5 * np.sin(a), 0.8] for leg, a in legs.items()}
     cables = [
         {**ROPE, "name": f"{name}-{leg}", "from": [x + 40 * np.cos(a), 40 * np.sin(a), -30.0], "to": f"{name}.{leg}",
@@ -74,13 +74,13 @@ def moored(*parts, **changes):
 
 
 def apart(a, b, name):
-    """Largest difference of a quantity of two records, relative to its range."""
+    """Largest difference of a quantity between two records, relative to its range."""
     a, b = a[name].values, b[name].values
     return np.abs(a - b).max() / np.ptp(a)
 
 
 def test_a_line_cut_into_three_is_the_line():
-    """Positions and tensions over five seconds, to 1e-10 of the length and of their range."""
+    """Positions and tensions over five seconds, to 1e-10 of the length and of the tension range."""
     whole, cut = simulate(WHOLE), simulate(CUT)
     np.testing.assert_allclose(whole.s, cut.s, rtol=1e-15)
     assert cut.segment_of_cell.values.tolist() == 4 * [0] + 2 * [1] + 6 * [2]
@@ -96,7 +96,7 @@ def test_cutting_brings_no_unknowns():
 
 
 def test_forces_of_lines_on_a_joint_add_up():
-    """Of the lines on a body at a joint that moves: to what its mass, weight and the water ask for."""
+    """Line forces on the body of a moving joint balance its inertia, weight and hydrodynamic force."""
     simulation = Simulation(load_scene(BRIDLE), MPI.COMM_SELF)
     problem = simulation.problem
     ends = [(0, 1), (1, 0)]  # both pieces of the main line, between them 20 kg
@@ -112,7 +112,7 @@ def test_forces_of_lines_on_a_joint_add_up():
 
 
 def test_momentum_of_a_whole_network():
-    """At every step what holds its ends is its weight and what accelerates it, line by line and body by body."""
+    """At every step end forces, weights and inertia balance, line by line and body by body."""
     scene = {name: section for name, section in BRIDLE.items() if name not in ("sea", "current", "waves")}
     scene["joint"] = [{"name": "Y", "mass": 200.0}, BRIDLE["joint"][1]]
     simulation = Simulation(load_scene(scene), MPI.COMM_SELF)
@@ -133,7 +133,7 @@ def test_momentum_of_a_whole_network():
 
 
 def integral(lines, piece, values):
-    """Over a piece of line of P1 elements, of values at its nodes."""
+    """Integral over a piece of a line of P1 elements, from nodal values."""
     mine = np.flatnonzero(lines.line_of_node == piece)
     mine = mine[np.argsort(lines.node_s[mine])]
     sizes, v = np.diff(lines.node_s[mine]), values[mine]
@@ -141,7 +141,7 @@ def integral(lines, piece, values):
 
 
 def turned(scene, matrix, heading):
-    """The scene with all its vectors turned, and its directions by `heading`."""
+    """The scene with all its vectors rotated, and its directions by `heading`."""
     scene = copy.deepcopy(scene)
 
     def turn(vector):
@@ -188,7 +188,7 @@ def test_a_turned_and_a_mirrored_network(scene, matrix, heading):
 
 
 def test_a_float_above_the_water_is_told():
-    """In a run and at rest, where buoyancy has no end."""
+    """A warning, in a run and at rest, if buoyancy does not end at the surface."""
     line = ROPE | {"name": "line", "from": [0.0, 0.0, -20.0], "to": "float", "length": 24.0, "elements": 6}
     sea = {"depth": 20.0, "dry_above": False}
     scene = {"sea": sea, "cable": [line], "joint": [{"name": "float", "volume": 1.0, "mass": 100.0}]}
@@ -204,7 +204,7 @@ def test_a_float_above_the_water_is_told():
 
 
 def test_two_buoys_apart_are_two_answers():
-    """Neither knows of the other."""
+    """They do not affect each other."""
     first, second = spread(0.0, "left"), spread(200.0, "right", {"east": 0.2, "north": 1.9, "south": -2.2})
     both = simulate(moored(first, second))
     assert both.buoy.values.tolist() == ["left", "right"]
@@ -227,7 +227,7 @@ def shared():
 
 
 def test_action_and_reaction_of_a_shared_line():
-    """The whole network at every step: what holds the anchors, weights, buoyancy and water; here at rest, dry of it."""
+    """Balance of the whole network: anchor forces, weights, buoyancy; here at rest, without waves or current."""
     scene = {name: section for name, section in shared().items() if name not in ("waves", "current", "time")}
     at_rest = solve_static(scene)
     assert at_rest.attachment.values.tolist()[:3] == ["left-west.to", "left-north.to", "between.from"]
@@ -239,7 +239,7 @@ def test_action_and_reaction_of_a_shared_line():
 
 
 def test_energy_of_a_network_is_kept():
-    """Its defect falls with the second order of the scheme; bodies, a prescribed joint and two buoys take part."""
+    """The defect falls with the scheme's second order; with bodies, a prescribed joint and two buoys."""
     for scene in (BRIDLE, shared()):
         defects = [defect(scene, step) for step in (0.02, 0.01)]
         assert defects[1][0] < 2e-3 * defects[1][1]
@@ -247,7 +247,7 @@ def test_energy_of_a_network_is_kept():
 
 
 def test_energy_of_a_network_that_rubs():
-    """On a bed with friction, a clump on it too: the defect falls with the step and is a thousandth of the work."""
+    """On a bed with friction, also with a clump: the defect falls with the step and is a thousandth of the work."""
     lying = {
         "name": "lying",
         "material": "rope",
@@ -268,7 +268,7 @@ def test_energy_of_a_network_that_rubs():
 
 
 def defect(scene, step):
-    """(energy that appeared from nowhere, work done) in a second [J]."""
+    """(spurious energy, work done) in a second [J]."""
     simulation = Simulation(load_scene({**scene, "time": {"end": 1.0, "step": step, "scheme": "bdf2"}}), MPI.COMM_SELF)
     meter, stored, powers = Meter(simulation), [], []
     for _ in itertools.chain([None], simulation.run()):
@@ -300,7 +300,7 @@ def test_one_of_several_is_named():
 
 
 def test_what_is_said_of_a_network():
-    """Of each line, buoy and joint by its name; legs that part, where and when, in summary, record and a sentence."""
+    """Each line, buoy and joint by name; parted legs, with place and time, in summary, record and a message."""
     scene = load_scene(shared(), **{"cable.between.fails_at": {"time": 0.1}, "time.end": 0.3})
     scene = load_scene(scene, **{"cable.right-east.fails_at": {"time": 0.05, "at": 1.0}})
     record = dolfbuoy.simulate(scene)
@@ -319,7 +319,7 @@ def test_what_is_said_of_a_network():
 
 
 def test_a_compressed_line_of_a_network_is_named():
-    """In the record of an equilibrium; a rope would not take it."""
+    """In the record of an equilibrium; a rope would go slack."""
     found = dolfbuoy.solve_static(BRIDLE)
     found.cable_tension[found.cable_of_cell.values == 1] *= -1.0
     said = static_warnings(found, load_scene(BRIDLE))
@@ -327,7 +327,7 @@ def test_a_compressed_line_of_a_network_is_named():
 
 
 def test_lines_and_buoys_of_a_network_are_compared():
-    """Top tension of each line and position of each buoy, as they are recorded; what drives it is found."""
+    """Recorded top tension of each line and position of each buoy; the driven end is found."""
     scene = load_scene(shared(), time__end=0.2)
     names = quantities_of(scene)
     run, record = compute(scene, names), simulate(scene)

@@ -1,7 +1,7 @@
-"""Forces that a caller's function of time and state gives are solved with the step, not after it.
+"""Forces from a caller's function of time and state are solved implicitly with the step.
 
-Source: recurrences of BDF2 for a mass on a spring and a damper, in NumPy; loads that are given as numbers; a spring so
-stiff that a force of the step before would blow up; conservation of energy.
+Source: recurrences of BDF2 for a mass on a spring and a damper, in NumPy; loads given as numbers; a spring so stiff
+that a force lagged by one step would be unstable; conservation of energy.
 """
 
 import numpy as np
@@ -69,7 +69,7 @@ def test_a_function_that_is_constant_is_a_load():
 
 
 def test_a_function_is_asked_at_the_end_of_its_step():
-    """At the time for which the step is solved."""
+    """It is evaluated at the end of the step, the time the step is solved for."""
     times = []
     with Session(POINT) as s:
         s.load("buoy", lambda t, y: (times.append(t), np.zeros(3))[1])
@@ -126,7 +126,7 @@ def test_functions_go_back_with_the_state():
 
 @pytest.mark.parametrize(("scene", "name", "count"), [(LONE, "buoy", 7), (CHAIN, "Y", 8)], ids=["buoy", "joint"])
 def test_a_session_with_functions_goes_on_from_the_disk(scene, name, count, tmp_path):
-    """Bit for bit, by the matrix that has their slopes, in steps that are counted on."""
+    """Bit for bit, with the matrix that contains their slopes and a continued step count."""
 
     def controller(t, y):
         return [300.0 * np.sin(3 * t), 0.0, 20.0] - 400.0 * y.velocity - 30.0 * y.position
@@ -153,7 +153,7 @@ def test_a_session_with_functions_goes_on_from_the_disk(scene, name, count, tmp_
 
 
 def test_a_function_that_is_not_given_again_is_no_load(tmp_path):
-    """After a resumption; a load of numbers stays."""
+    """After a resumption; a constant load remains."""
     with Session(POINT | {"gravity": 0.0}, tmp_path) as s:
         s.load("buoy", lambda t, y: [70.0, 0.0, 0.0])
         s.step()
@@ -185,7 +185,7 @@ BOTH = {
 
 
 def pulled_by(s, steps):
-    """Steps of a session whose joint and buoy functions pull and turn, and whose first end is driven."""
+    """Steps of a session with joint and buoy forces and moments from functions, and a driven first end."""
 
     def controller(t, y):
         spun = -8.0 * y.angular_velocity + [2.0 * np.sin(5 * t), 1.0 * np.sin(3 * t), 0.0]
@@ -201,7 +201,7 @@ def pulled_by(s, steps):
 
 @pytest.mark.parametrize(("scheme", "order"), [("backward-euler", 1), ("bdf2", 2), ("generalized-alpha", 2)])
 def test_energy_that_functions_put_in_and_take_out(scheme, order):
-    """An account of its own: what is stored less what they, and what is driven, put in vanishes with the order."""
+    """A separate item of work: stored energy minus work of functions and driven ends vanishes with the order."""
     rows = []
     for step in (0.01, 0.005):
         with Session(BOTH, time={"scheme": scheme, "step": step}, driven="one.from") as s:
@@ -213,7 +213,7 @@ def test_energy_that_functions_put_in_and_take_out(scheme, order):
 
 
 def test_energy_of_a_buoy_that_is_driven():
-    """What moves and turns it puts in the work of `required`."""
+    """The driving force and moment do the work recorded as `required`."""
     rows = []
     for step in (0.02, 0.01):
         with Session(BOTH, time={"scheme": "generalized-alpha", "step": step}, driven="buoy") as s:
@@ -226,7 +226,7 @@ def test_energy_of_a_buoy_that_is_driven():
 
 
 def swaying(rest):
-    """Motion of C to the side, and about the x axis, from rest."""
+    """Motion of C sideways, and about the x axis, from rest."""
 
     def motion(t):
         shift, speed = 0.3 * np.sin(3 * t) ** 2, 0.9 * np.sin(6 * t)

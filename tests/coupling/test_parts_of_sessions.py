@@ -1,6 +1,6 @@
-"""Parts of sessions, each alone: paths, names, what is packed, steps that are counted, forces of functions.
+"""Parts of sessions, each alone: paths, names, packed data, step counts, forces from functions.
 
-Source: parabolas, quaternions and weighted means by hand; rotations of scipy.
+Source: parabolas, quaternions and weighted means by hand; rotations with scipy.
 """
 
 import json
@@ -54,7 +54,7 @@ def test_a_product_of_quaternions():
 
 
 def test_a_parabola_through_three_places():
-    """t^2 at 0, 1, 3; its rates too, and at the end the very number that was given."""
+    """t^2 at 0, 1, 3; also its rates, and exactly the given number at the end."""
     path = paths.Path(-1.0, [0.0])
     for t, x in ((0.0, 0.0), (1.0, 1.0), (3.0, 9.0)):
         path.go(t, [x])
@@ -65,7 +65,7 @@ def test_a_parabola_through_three_places():
 
 
 def test_a_path_that_cannot_begin_its_step_has_not_gone():
-    """What comes then is as without it; one that has never gone stays."""
+    """The next step is unaffected; a path that has never started stays at rest."""
     one, other = paths.Path(0.0, [0.0]), paths.Path(0.0, [0.0])
     for path in (one, other):
         path.go(1.0, [1.0])
@@ -106,7 +106,7 @@ def test_a_path_rests_after_it_has_gone():
 
 
 def test_a_pose_goes_the_nearer_way():
-    """A quaternion of any length, with the sign of the one before; what is at right angles to it keeps its own."""
+    """A quaternion of any norm, with the sign of the previous one; a perpendicular one keeps its own."""
     pose = paths.Pose(0.0, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     given = pose.target("body", [1, 2, 3], [-3, 4, 0, 0], [1, 0, 0], [0, 0, 2])
     assert given[0] == [1, 2, 3, 0.6, -0.8, 0, 0]
@@ -150,7 +150,7 @@ def test_mean_tension_is_weighed_by_lengths():
 
 
 def test_rows_of_loads():
-    """Of a buoy those of its momenta, of a body its own, of another joint those of the first line's end there."""
+    """For a buoy the momentum rows, for a body its own, for another joint those of the first line's end there."""
     legs = [
         {"name": n, "from": [x, 0, 0], "to": j, **ROPE} for n, x, j in (("a", 0, "Y"), ("b", 5, "Y"), ("c", 9, "Z"))
     ]
@@ -222,7 +222,7 @@ def test_vessels_that_cannot_be_driven():
 
 
 def test_what_is_packed_is_unpacked():
-    """Arrays of every kind and shape, tuples, keys that are numbers, numbers of numpy."""
+    """Arrays of all kinds and shapes, tuples, numeric keys, numpy scalars."""
     tree = {
         "a": np.arange(6, dtype=np.int32).reshape(2, 3).T,
         "b": [np.array(1.5), np.array([True, False]), None, "x", 0.1, np.float64(0.3), np.int64(7)],
@@ -278,7 +278,7 @@ def test_steps_are_counted_from_where_their_size_began():
     ("way", "count"), [(0.2, 1), (0.25, 1), (0.2500002, 1), (0.250001, 2), (0.75, 3), (1.0 - 1e-9, 4), (1e-9, 1)]
 )
 def test_a_way_in_equal_steps(way, count):
-    """Of 0.25 s at most, but for rounding."""
+    """At most 0.25 s each, to rounding."""
     went, path = [], paths.Path(1.0, [0.0])
     simulation = Fake(t=1.0, control=Fake(step=0.25), advance=lambda t: went.append(t) or [])
     s = Fake(simulation=simulation, _targets={"a": ([5.0], None)}, paths={"a": path}, _longest=0.25, _required={})
@@ -331,7 +331,7 @@ def test_what_a_function_of_loads_gives(given, rows, load):
 
 
 def test_velocity_of_a_point_that_is_loaded():
-    """Its rate by the scheme's rule, of the part that has its unknowns, with their past."""
+    """Its rate by the scheme's rule, from the unknowns and history of its part."""
     evolutions = [Fake(part=Fake(offset=k, size=6), order=n) for k, n in ((0, 2), (6, 1), (12, 2))]
     past = Fake(evolutions=evolutions, places=[slice(0, 6), slice(6, 12), slice(12, 18)])
     past.series, past.operations = [Fake(history=np.arange(18.0))], Fake(gammas=[10.0, 100.0])
@@ -348,7 +348,7 @@ def test_velocity_of_a_point_that_is_loaded():
 
 
 def test_motion_of_a_body_from_its_numbers():
-    """Of a quaternion that has not been made a unit."""
+    """With a quaternion that is not normalised."""
     turn = Rotation.from_rotvec([0.3, -0.5, 0.8])
     omega, q4 = np.array([0.4, -0.7, 1.1]), np.roll(turn.as_quat(), 1)
     L = turn.apply(np.array([2.0, 3.0, 5.0]) * turn.inv().apply(omega))
@@ -360,7 +360,7 @@ def test_motion_of_a_body_from_its_numbers():
 
 
 def test_only_buoys_on_lines_can_be_driven():
-    """Of two floats the one to which a line is tied, not the one that a take-off holds."""
+    """Of two floats, the one tied to a line, not the one held by a take-off."""
     rope = {**ROPE, "diameter": 0.02, "from": [0.0, 0.0, -15.0], "to": "tied"}
     floats = [{**FLOAT, "name": "tied"}, {**FLOAT, "name": "loose"}]
     device = {"from": [9.0, 0.0, -15.0], "to": "loose", "stiffness": 500.0, "length": 1.0}

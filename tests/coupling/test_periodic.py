@@ -1,6 +1,6 @@
-"""The limit cycle without its transient: what a long run ends in, from a tenth of its periods; what has none.
+"""Limit cycles without the transient: the end state of a long run in a tenth of its periods; scenes without a cycle.
 
-Source: runs of the same scene until nothing changes from period to period any more.
+Source: runs of the same scene until nothing changes from period to period.
 """
 
 from types import SimpleNamespace as Fake
@@ -30,7 +30,7 @@ CREEPING = {"cable.elements": 100, "time.step": 0.12, "time.scheme": "generalize
 
 
 def last_period(scene, periods):
-    """Of a run: record of its last period, from its first instant on."""
+    """Record of a run's last period, including its first instant."""
     scene = in_equal_steps(scene)
     period = settings.period_of(scene)
     record = simulate(scene, **{"time.end": periods * period, "time.output_every": period})
@@ -38,7 +38,7 @@ def last_period(scene, periods):
 
 
 def farthest(one, other, names=("tension_top", "tension_anchor", "buoy_position", "mooring_point")):
-    """Largest difference of two periods, relative to the range of a quantity, of points to the largest one."""
+    """Largest difference between two periods, relative to each quantity's range; for points, to the largest range."""
     found = []
     for name in (name for name in names if name in other):
         a, b = one[name].values, other[name].values
@@ -70,7 +70,7 @@ def test_creeping_mooring_takes_a_tenth_of_the_periods(amplitude, periods):
 
 
 def test_error_is_not_small_while_a_period_leads_as_far_away_as_before():
-    """What is left of an approach whose every leap leaves a half, or a tenth, is told exactly."""
+    """The remaining error is estimated exactly if every leap leaves a half, or a tenth."""
     for factor in (0.5, 0.1):
         assert Cycle.left(1 - factor, 10.0, factor) == pytest.approx(factor)
     assert Cycle.left(1e-4, 1e-3, 0.95) > 1e-3
@@ -80,7 +80,7 @@ def test_error_is_not_small_while_a_period_leads_as_far_away_as_before():
 
 
 def test_leap_that_leads_away_is_taken_back(monkeypatch):
-    """Nothing of it is left but the periods that it took."""
+    """Only the count of its periods remains."""
     scene = in_equal_steps(load_scene("short", **COARSE))
     with running(scene) as simulation:
         cycle = Cycle(simulation)
@@ -125,7 +125,7 @@ def attempted(fails=False, missing=1.0):
 
 @pytest.mark.parametrize(("missing", "good"), [(0.1, True), (5.0, True), (5.01, False)])
 def test_what_is_tried_of_a_leap(missing, good):
-    """Periods of rest, then two whose ends count; nothing of it where ten times as much is missing then."""
+    """Periods of rest, then two whose ends count; the leap is undone if the residual is then ten times larger."""
     found, done, cycle = attempted(missing=missing)
     assert found == (("seen", True) if good else None)
     assert done == [("leap", 0.25), ("run", 3), ("noted", 2)] + [("put", "b")] * (not good)
@@ -133,7 +133,7 @@ def test_what_is_tried_of_a_leap(missing, good):
 
 
 def test_a_leap_that_cannot_be_solved_is_taken_back():
-    """The clock too."""
+    """Including the clock."""
     found, done, cycle = attempted(fails=True)
     assert (found, cycle.simulation.t, cycle.before, cycle.after) == (None, 7.0, ["a"], ["b"])
     assert done == [("leap", 0.25), ("run", 3), ("put", "b")]

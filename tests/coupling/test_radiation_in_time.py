@@ -1,6 +1,6 @@
-"""Memory of radiated waves in a run: what it takes from driven motions, balances, steps tried again, several buoys.
+"""Radiation memory in a run: energy from driven motions, balances, retried steps, several buoys.
 
-Source: the damping of the file (tests/reference), the balance of energy, a force-free steady motion, single buoys.
+Source: the damping in the file (tests/reference), the energy balance, a force-free steady motion, single buoys.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ MOTIONS = {"heave": (0, 0.1, 0), "surge": (0.1, 0, 0), "pitch": (0, 0, 0.05), "b
 
 
 def driven(velocity, omega):
-    """t -> pose and motion of the cylinder: Re[V exp(-i omega t)] about its rest."""
+    """t -> pose and motion of the cylinder: Re[V exp(-i omega t)] about its rest position."""
 
     def motion(t):
         turning = np.exp(-1j * omega * t)
@@ -45,7 +45,7 @@ def driven(velocity, omega):
 
 
 def powers(scene, motion, instants):
-    """Powers of radiation at the instants of a driven run."""
+    """Radiated powers during a driven run."""
     simulation = Simulation(scene, driven={next(iter(scene.network.buoys)): motion})
     meter, found = Meter(simulation), []
     for t in instants:
@@ -60,7 +60,7 @@ def powers(scene, motion, instants):
     "name", [pytest.param(n, marks=[] if n in ("heave", "both") else pytest.mark.slow) for n in MOTIONS]
 )
 def test_still_water_takes_the_energy_of_the_file(name):
-    """Over a period of a driven motion: half the square of the velocities times the damping, to 1 % of its largest."""
+    """Over a period of driven motion: half the damping times the squared velocities, to 1 % of the largest."""
     scene, velocity = load_scene(CYLINDER), np.array(MOTIONS[name])
     c, three = coefficients_of(scene, scene.buoys[0]), velocity[[0, 2, 1]]  # the axis leans by pitch
     expected = CubicSpline(c.omega, -0.5 * (three.conj() @ c.damping @ three).real)
@@ -73,7 +73,7 @@ def test_still_water_takes_the_energy_of_the_file(name):
 
 
 def test_no_force_at_constant_speed():
-    """What starts with a blow and goes on evenly makes waves at first, and then none."""
+    """After an impulsive start, waves are radiated at first, but not in steady motion."""
 
     def motion(t):
         return np.array([0.5 * t, 0.0, -0.2]), np.array([1.0, 0, 0, 0]), np.array([0.5, 0.0, 0.0]), np.zeros(3)
@@ -92,7 +92,7 @@ SEA = {"spectrum": "jonswap", "significant_height": 0.3, "peak_period": 3.0}
 
 @pytest.mark.parametrize("waves", [None, *(pytest.param(waves, marks=pytest.mark.slow) for waves in (WAVES, SEA))])
 def test_energy_balances(waves):
-    """What kinetic and potential energy gain is the work of the accounts, radiation among them."""
+    """Kinetic and potential energy gained equal the recorded work, including radiation."""
     defects, taken = [], 0.0
     for step in (0.04, 0.02):
         scene = merged(CYLINDER, waves=waves, time__step=step, time__scheme="bdf2", time__end=4.0)
@@ -115,7 +115,7 @@ def test_energy_balances(waves):
 
 @pytest.mark.parametrize("scheme", ["bdf2", *(pytest.param(s, marks=pytest.mark.slow) for s in SCHEMES[::2])])
 def test_a_step_that_does_not_count_leaves_the_memory(scheme):
-    """Steps that are solved and given up change nothing, to the last bit; smaller ones follow the same waves."""
+    """Rejected steps change nothing, to the last bit; smaller ones follow the same waves."""
     scene = merged(CYLINDER, buoy__initial=START, time__scheme=scheme, waves=WAVES)
     scene = merged(scene, solver={"keep_jacobian": False})  # a matrix that is kept differs, and rounding with it
     with running(scene) as plain, running(scene) as tried:
@@ -132,7 +132,7 @@ def test_a_step_that_does_not_count_leaves_the_memory(scheme):
 
 
 def test_several_buoys():
-    """Two that are far from each other move as each alone: no waves go from one to the other."""
+    """Two distant buoys move as each alone: waves from one do not act on the other."""
     alone = merged(CYLINDER, waves=WAVES, time__end=2.0)
     places = ([0.0, 0.0, -0.1], [40.0, 7.0, -0.25])
     buoys = [
@@ -148,7 +148,7 @@ def test_several_buoys():
 
 @pytest.mark.slow
 def test_a_small_wave_moves_it_as_its_response_says():
-    """Heave, surge and pitch in a small wave, in time and by `response`."""
+    """Heave, surge and pitch in a small wave, in time and from `response`."""
     from dolfbuoy.linear.seaway import responses
 
     period, amplitude = 2.6, 1e-3

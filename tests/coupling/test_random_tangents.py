@@ -1,6 +1,6 @@
-"""Derivatives of runs of random scenes and networks by a number of each.
+"""Derivatives of runs of random scenes and networks, with respect to one number of each.
 
-Source: central differences of whole runs of the same steps, at two distances.
+Source: central differences of whole runs with the same steps, at two increments.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ EXCUSED = 3
 
 
 def random_case(number):
-    """(name of its structure, scene, number of it) for a number: all physical numbers by factors from 0.85 to 1.2."""
+    """(name of its structure, scene, one of its numbers) for a seed: all physical numbers times 0.85 to 1.2."""
     random = np.random.default_rng(number)
     name = list(SCENES)[number % len(SCENES)]
     schemes = SCHEMES[:2] if name == "bed" else SCHEMES  # a line that goes slack takes no generalized-alpha
@@ -57,7 +57,7 @@ def random_case(number):
 
 
 def verdict(scene, parameter):
-    """(largest error over what is allowed, the same of a central difference against another)."""
+    """(largest error over its tolerance, the same for one central difference against another)."""
     steps, found = derivative(scene, parameter)
     distances = (x * parameter.distance for x in (3, 1, 0.1))
     far, middle, near = (difference(scene, parameter, steps, eps) for eps in distances)
@@ -74,7 +74,7 @@ def verdict(scene, parameter):
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(5))
 def test_as_central_differences(block):
-    """Ten scenes each; one that does not start is drawn again."""
+    """Ten scenes each; one that does not start is replaced."""
     done, number, excused = 0, 1000 * block, []
     while done < 10:
         number += 1

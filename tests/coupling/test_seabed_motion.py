@@ -1,4 +1,4 @@
-"""Lines that move on a sea bed: friction that holds, energy, momentum, steps that are given up.
+"""Lines moving on a sea bed: sticking friction, energy, momentum, rejected steps.
 
 Source: balances of momentum and energy; the state of rest itself.
 """
@@ -60,7 +60,7 @@ def still(scene):
 @pytest.mark.parametrize("pair", PAIRS, ids=str)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_every_pair_law_and_scheme_moves(pair, slack, scheme):
-    """No step fails, the touchdown travels, and something slides."""
+    """No step fails, the touchdown travels, and some points slide."""
     radius = {"spectral_radius": 0.0} if scheme == "generalized-alpha" else {}
     scene = merged(CHAIN, cable=merged(CHAIN["cable"], slack=slack, **pair), time__end=3.0, time__scheme=scheme)
     scene["time"] |= radius
@@ -77,7 +77,7 @@ def test_every_pair_law_and_scheme_moves(pair, slack, scheme):
 
 @pytest.mark.parametrize("slack", LAWS)
 def test_friction_holds_for_a_minute(slack):
-    """At rest the tension that friction holds does not relax to the frictionless one."""
+    """At rest, tension held by friction does not relax to the frictionless value."""
     scene = still(merged(CHAIN, cable__slack=slack, seabed__start="pulled", time={"end": 60.0, "step": 0.1}))
     run = simulate(scene)
     free = simulate(merged(scene, seabed={"friction": 0.7, "start": "frictionless"}, time__end=0.0))
@@ -88,7 +88,7 @@ def test_friction_holds_for_a_minute(slack):
 
 
 def test_friction_holds_after_a_motion():
-    """What a storm leaves: the top comes to rest, and the tension on the bed stays what it was then."""
+    """After a storm: once the top is at rest, the tension on the bed stays constant."""
     scene = merged(CHAIN, cable__slack="tension-only", time={"end": 0.0, "step": 0.02, "scheme": "backward-euler"})
     with running(scene) as simulation:
         for _ in simulation.advance(4.5):
@@ -107,7 +107,7 @@ def test_friction_holds_after_a_motion():
 
 
 def work_of(scene):
-    """(work of every kind, change of what is stored, turnover of the top) over a run, by the trapezoidal rule [J]."""
+    """(work of each kind, change of stored energy, turnover of the top) over a run, by the trapezoidal rule [J]."""
     with running(scene) as simulation:
         meter = Meter(simulation)
         old, t = meter.read(), 0.0
@@ -136,7 +136,7 @@ class Taken:
         self.old = self.state()
 
     def state(self):
-        """(positions, velocities, tensions, gap at two points of Gauss in each element) in order along the line."""
+        """(positions, velocities, tensions, gap at two Gauss points of each element) in order along the line."""
         lines, u = self.lines, self.simulation.system.u
         order = np.argsort(lines.node_s)
         r, v = u[lines.node_dofs][order], self.simulation.line_velocity[lines.node_dofs][order]
@@ -159,7 +159,7 @@ class Taken:
 
 
 def balance_of(scene):
-    """(work, stored, turnover of the top [J], what backward Euler took) with powers at the ends of steps."""
+    """(work, stored energy, turnover of the top [J], loss to backward Euler) with powers at the ends of steps."""
     with running(scene) as simulation:
         meter, taken = Meter(simulation), Taken(simulation)
         first, t = meter.read(), 0.0
@@ -209,7 +209,7 @@ def test_order_of_the_energy(scheme, steps):
 
 @pytest.mark.parametrize(("elements", "degree"), [(40, 1), (40, 2)])
 def test_energy_at_the_shipped_step(elements, degree):
-    """`chain-on-bed` with its friction and its dampers: far below 1e-3 of the work that its top does."""
+    """`chain-on-bed` with friction and dampers: the defect is far below 1e-3 of the work of its top."""
     changes = {"cable__elements": elements, "cable__position_degree": degree, "cable__tension_degree": degree - 1}
     scene, defects = load_scene("chain-on-bed", **changes).to_dict(), []
     for step in (scene["time"]["step"], scene["time"]["step"] / 2):
@@ -269,7 +269,7 @@ class BedForce:
 
 
 def test_a_step_that_is_given_up_leaves_the_memory(monkeypatch):
-    """Rejected by its error, or not solved: friction holds where it held."""
+    """Rejected by its error, or not solved: friction is unchanged."""
     with running(merged(CHAIN, time__end=4.0)) as simulation:
         for _ in simulation.advance(3.0):
             pass
@@ -289,7 +289,7 @@ def test_a_step_that_is_given_up_leaves_the_memory(monkeypatch):
 
 
 def test_adaptive_steps():
-    """Near the tension of small equal steps, with a touchdown that travels."""
+    """Close to the tension with small equal steps, with a moving touchdown."""
     scene = merged(CHAIN, time__end=4.5, cable__damping=1e4)
     fine = simulate(merged(scene, time__step=0.002))
     run = simulate(merged(scene, time__tolerance=1e-3))
@@ -300,7 +300,7 @@ def test_adaptive_steps():
 
 @pytest.mark.parametrize("start", ["frictionless", "pulled"])
 def test_linearised_about_what_friction_holds(start):
-    """The equilibrium is one of the linearised problem too, and what lies is held along the bed by k_t."""
+    """It is also an equilibrium of the linearised problem, with grounded parts held along the bed by k_t."""
     found = linearise(load_scene(still(merged(CHAIN, seabed__start=start))), MPI.COMM_SELF)
     problem = found.problem
     problem.system.publish()

@@ -1,7 +1,7 @@
-"""A session is the run that its caller steps: driven, loaded, taken back, recorded.
+"""A session is a run stepped by its caller: driven, loaded, taken back, recorded.
 
-Source: the same motions and forces as keys of a scene, bit for bit; a rigid body integrated by the caller in NumPy
-(the example of dolfbuoy/coupling/README.md) against the built-in buoy; the run that was not taken back.
+Source: the same motions and forces as keys of a scene, bit for bit; a rigid body integrated by the caller in NumPy (the
+example of dolfbuoy/coupling/README.md) against the built-in buoy; the run without steps taken back.
 """
 
 import gc
@@ -182,7 +182,7 @@ def test_a_buoy_begins_where_the_scene_puts_it_and_the_line_rests():
 
 
 def test_a_driven_buoy_needs_the_force_that_moves_a_free_one():
-    """What a free buoy does under a load is done by hand, and takes that load."""
+    """Driving a buoy along the motion of a free one under a load requires that load."""
     push = np.array([500.0, 200.0, -300.0])
     with Session(LONE) as free, Session(LONE, driven=["buoy"]) as held:
         for k in range(1, 9):
@@ -199,7 +199,7 @@ def test_a_driven_buoy_needs_the_force_that_moves_a_free_one():
 
 @pytest.mark.parametrize("end", [{}, {"rotational_stiffness": 40.0}], ids=["held", "sprung"])
 def test_the_moment_of_a_line_that_bends_is_among_its_pulls(end):
-    """A weight that hangs askew on a line clamped to it, and is in balance about C."""
+    """A weight hanging askew on a line clamped to it is in balance about C."""
     hanging = {
         "cable": {
             "anchor": [0.0, 0.0, 0.0],
@@ -309,7 +309,7 @@ def test_what_is_taken_back_is_done_again_bit_for_bit(scene, scheme, tmp_path):
 
 @pytest.mark.parametrize("scheme", ["bdf2", "generalized-alpha"])
 def test_a_packed_instant_goes_on_in_another_session(scheme, tmp_path):
-    """Bit for bit, with its loads and its driven ends; in a scene that says the same."""
+    """Bit for bit, with loads and driven ends; in an equivalent scene."""
     scene = merged(LONE, time__scheme=scheme)
 
     def go(s, begin, end):
@@ -496,7 +496,7 @@ def test_after_an_error_the_folder_is_free_and_the_record_there(tmp_path):
 
 @pytest.mark.parametrize("velocity", [None, [0.1, 0.0, 0.1]], ids=["parabola", "cubic"])
 def test_after_a_step_that_failed_another_try_is_as_good_as_the_first(velocity):
-    """Also where a part of the step was done: the end goes on from where it came to."""
+    """Even after a partly completed step: the end continues from where it arrived."""
 
     def pulls(far, dt=STEP):
         with Session(LINE, driven="cable.to") as s:
@@ -516,7 +516,7 @@ def test_after_a_step_that_failed_another_try_is_as_good_as_the_first(velocity):
 
 
 def test_a_path_that_is_cut_goes_on_from_there():
-    """On the cubic and on the parabola: the rest of the step is on the same curve."""
+    """On the cubic and on the parabola: the rest of the step follows the same curve."""
     for rate in ([0.4], None):
         path, whole = paths.Path(0.0, [1.0]), paths.Path(0.0, [1.0])
         for one in (path, whole):
@@ -608,7 +608,7 @@ def test_two_ranks_step_together(tmp_path):
 
 
 def test_a_free_joint_that_is_driven():
-    """It begins where it rests; moved as it would move by itself, the lines are where they would be."""
+    """It starts at its rest position; driven along its free motion, the lines move as without driving."""
     legs = [
         {
             "name": name,

@@ -1,6 +1,6 @@
-"""Steps of a session, each alone: what it begins with, what is loaded, taken back, written and ended.
+"""Parts of a session, each alone: its start, loads, steps taken back, output and end.
 
-Source: what README and the docstrings of a Session promise; made-up simulations that note what is asked of them.
+Source: the promises of README and the docstrings of Session; made-up simulations that record their calls.
 """
 
 from contextlib import ExitStack
@@ -35,7 +35,7 @@ def test_a_session_has_one_scene(given):
 
 @pytest.mark.parametrize("rank", [0, 1])
 def test_a_folder_is_taken(monkeypatch, rank):
-    """Rank 0 writes; a run that is there stays, but for `overwrite`; what goes on is not begun again."""
+    """Rank 0 writes; an existing run is kept unless `overwrite`; a resumed run is not restarted."""
     told, there = [], []
     s = Fake(scene="scene", comm=Fake(rank=rank))
     fakes = {name: lambda *given, name=name, **more: told.append((name, *given, more)) for name in ("begin", "remark")}
@@ -66,7 +66,7 @@ def test_a_driven_body_is_where_its_scene_has_it_until_it_has_a_path():
 
 
 class Made:
-    """A function of loads that notes when it stops."""
+    """A load function that records when it is stopped."""
 
     def __init__(self, simulation, rows, buoy):
         self.made, self.function, self.stopped = (simulation, rows, buoy), None, 0
@@ -107,7 +107,7 @@ def test_loads_that_are_numbers(loaded):
 
 
 def test_loads_that_are_functions(loaded):
-    """One Force for each part; the matrix is made anew, unless it was kept with this function's slopes."""
+    """One Force for each part; the matrix is recomputed unless kept with this function's slopes."""
     numbers = loaded.simulation.newton.numbers
     Session.load(loaded, "buoy", one := lambda t, state: [t, 0, 0])
     force = loaded._forces["buoy"]
@@ -206,7 +206,7 @@ def test_instants_that_cannot_be_restored():
 
 @pytest.mark.parametrize("rank", [0, 1])
 def test_a_session_ends_once(monkeypatch, rank):
-    """With a record that is complete; after an error it is what there is."""
+    """With a complete record; after an error with the record so far."""
     told = []
     monkeypatch.setattr(session, "folders", Fake(finish=lambda *given: told.append(given)))
     for error, done in ((None, ["save", *[("x", "run")] * (rank == 0), "freed"]), (ValueError, ["close", "freed"])):

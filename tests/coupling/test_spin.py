@@ -1,6 +1,6 @@
-"""A body of revolution on whose axis nothing acts does not begin to spin about it.
+"""A body of revolution without moment about its axis does not begin to spin about it.
 
-Source: pressure acts through the axis; Euler's equations keep L_C . d of a body whose transverse inertias are equal.
+Source: pressure acts through the axis; Euler's equations conserve L_C . d of a body with equal transverse inertias.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ def spins(scene):
 @pytest.mark.parametrize("name", ["short", "long"])
 @pytest.mark.parametrize("scheme", ["backward-euler", "bdf2", "generalized-alpha"])
 def test_shipped_buoys_do_not_spin(name, scheme):
-    """Current, oblique waves, wind and a cable, and no damping of the rotation, in steps that are long."""
+    """Current, oblique waves, wind and a cable, without damping of the rotation, in long steps."""
     scene = load_scene(name, time__end=6.0, time__step=0.1, time__scheme=scheme, waves__ramp=1.0)
     assert scene.buoy[0].rotational_damping == 0.0
     assert np.abs(spins(scene)).max() < 1e-8

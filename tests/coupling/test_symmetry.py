@@ -1,6 +1,6 @@
-"""The vertical axis has no preferred direction: a scene turned about z moves as before, turned.
+"""No preferred horizontal direction: a scene rotated about z gives the same motion, rotated.
 
-Source: the turned run, and its mirror plane.
+Source: the rotated run, and its mirror plane.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ SCENE = merged(
 
 
 def turned(scene, degrees):
-    """The scene with every direction turned about z."""
+    """The scene with every direction rotated about z."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     x, y, z = scene["external_force"]["force"]
     result = merged(scene, external_force__force=[c * x - s * y, s * x + c * y, z])
@@ -54,7 +54,7 @@ def test_turned_scene(straight, degrees):
 
 
 def test_the_scene_is_not_symmetric(straight):
-    """Nothing above holds by being zero."""
+    """The tests above do not hold trivially, by zeros."""
     move = straight.buoy_position.values - straight.buoy_position.values[0]
     assert np.all(np.abs(move).max(axis=0) > 1e-3)
     assert np.abs(straight.angular_momentum.values).max(axis=0).min() > 0.1

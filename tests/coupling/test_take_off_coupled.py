@@ -1,6 +1,6 @@
-"""Power take-offs between lines, buoys and vessels: balance of energy, exact Jacobian, resumption, ranks.
+"""Power take-offs between lines, buoys and vessels: energy balance, exact Jacobian, resumption, ranks.
 
-Source: conservation of energy; finite differences of the residual; the run that was not stopped, or has one rank.
+Source: conservation of energy; finite differences of the residual; the run without interruption, or on one rank.
 """
 
 import itertools
@@ -93,7 +93,7 @@ def balance(scene, end, step, scheme):
 
 @pytest.mark.parametrize("name", ["series", "between"])
 def test_energy_of_what_a_take_off_absorbs(name):
-    """It leaves; the defect vanishes with the order of the scheme."""
+    """Absorbed energy leaves the system; the defect vanishes with the order of the scheme."""
     rows = [balance(SCENES[name], 3.0, step, "generalized-alpha") for step in (0.04, 0.02)]
     assert rows[1]["take_off"] < -1
     assert abs(rows[1]["take_off"]) > 100 * abs(rows[1]["defect"])
@@ -104,7 +104,7 @@ def test_energy_of_what_a_take_off_absorbs(name):
 @pytest.mark.parametrize(("scheme", "order"), [("backward-euler", 1), ("bdf2", 2), ("generalized-alpha", 2)])
 @pytest.mark.parametrize("name", SCENES)
 def test_energy(name, scheme, order):
-    """Of all schemes, with the end stops at work; a vessel puts in what its end does."""
+    """With all schemes, and active end stops; a vessel does the work of its end."""
     steps = (0.01, 0.005, 0.0025) if order > 1 else (0.0025, 0.00125, 0.000625)  # which takes away more itself
     rows = [balance(SCENES[name], 10.0, step, scheme) for step in steps]
     found = [math.log2(abs(a["defect"] / b["defect"])) for a, b in itertools.pairwise(rows)]
@@ -115,7 +115,7 @@ def test_energy(name, scheme, order):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_jacobian(name):
-    """Against central differences of the residual, away from any rest, with rates."""
+    """Against central differences of the residual, far from rest, with rates."""
     problem = Problem(load_scene(SCENES[name]), dynamic=True)
     system, rng = problem.system, np.random.default_rng(1)
     try:
@@ -150,7 +150,7 @@ def test_jacobian(name):
 
 
 def test_save_restore_and_resume(tmp_path):
-    """Bit for bit, in memory and from the disk."""
+    """Bit for bit, in memory and from disk."""
     scene = merged(BETWEEN, time__end=0.8, time__step=0.04)
     expected = simulate(scene)
     with Session(scene, tmp_path / "run") as s:
@@ -170,7 +170,7 @@ def test_save_restore_and_resume(tmp_path):
 
 
 def test_a_take_off_that_does_nothing_changes_nothing():
-    """One without any number leaves the trajectory, to rounding."""
+    """A take-off without parameters leaves the trajectory unchanged, to rounding."""
     scene = merged(SERIES, time__end=0.4, take_off=None, cable={"from": [0.0, 0.0, -30.0], "length": 31.0}, joint=None)
     idle = scene | {"take_off": {"from": [5.0, 0.0, 0.0], "to": "buoy.f"}}
     one, other = simulate(scene), simulate(idle)
@@ -182,7 +182,7 @@ def test_a_take_off_that_does_nothing_changes_nothing():
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks(tmp_path):
-    """As one, to 1e-7."""
+    """As on one rank, to 1e-7."""
     scenes = {name: merged(scene, time__end=1.0) for name, scene in SCENES.items()}
     expected = {name: simulate(scene) for name, scene in scenes.items()}
     done = start_scenes(2, scenes, tmp_path)

@@ -1,6 +1,6 @@
-"""Derivatives of runs and equilibria by the numbers of their scenes.
+"""Derivatives of runs and equilibria with respect to numbers of their scenes.
 
-Source: central differences of whole runs of the same steps; closed forms at rest; digits of a separate program;
+Source: central differences of whole runs with the same steps; closed forms at rest; digits of a separate program;
 dimensional analysis.
 """
 
@@ -80,12 +80,12 @@ CASES = {
 
 
 def series(simulation):
-    """What is compared: unknowns and forces at ends."""
+    """The quantities compared: unknowns and end forces."""
     return np.concatenate([simulation.system.u, *(f.ravel() for f in simulation.latest_end_forces.values())])
 
 
 def difference(scene, parameter, steps, eps):
-    """Derivatives by central differences of two runs with these steps and restarts, (steps, numbers)."""
+    """Derivatives from central differences of two runs with these steps and restarts, (steps, numbers)."""
     below, above = (Simulation(parameter.scene_at(scene, x)) for x in (-eps, eps))
     rows = []
     for h, begins_anew in steps:
@@ -98,7 +98,7 @@ def difference(scene, parameter, steps, eps):
 
 
 def derivative(scene, parameter):
-    """Steps of a run, and before which its past begins anew; its derivatives."""
+    """Steps of a run, with restarts of the history, and its derivatives."""
     run = Simulation(scene)
     tangents = Tangents(run, [parameter], Simulation)
     (pair,) = tangents.pairs
@@ -139,7 +139,7 @@ def test_nothing_of_the_run_changes(changes):
 
 @pytest.mark.parametrize("name", [pytest.param("network", marks=pytest.mark.slow), "on a bed"])
 def test_one_matrix_for_all(name):
-    """Derivatives by several numbers share the first one's matrix, and are those of each alone (5e-5 measured)."""
+    """Derivatives with respect to several numbers share one matrix, and equal those of each alone (5e-5 measured)."""
     scene = dolfbuoy.load_scene(CASES[name][0])
     parameters = parameters_of(scene, CASES[name][1].split(",")[:3])
     shared = of_run(scene, parameters)
@@ -152,7 +152,7 @@ def test_one_matrix_for_all(name):
 
 @pytest.mark.parametrize("keep", [False, True])
 def test_whose_matrix(keep):
-    """The run lends its matrix in steps in which it made one; in others the neighbour makes its own."""
+    """The run lends its matrix in steps where it computed one; otherwise the neighbour computes its own."""
     scene = dolfbuoy.load_scene(SHORT, **{"solver.keep_jacobian": keep, "solver.step_tolerance": 1e-6})
     run = Simulation(scene)
     tangents = Tangents(run, parameters_of(scene, ["buoy.mass"]), Simulation)
@@ -167,7 +167,7 @@ def test_whose_matrix(keep):
 
 
 def test_derivatives_that_are_rounding():
-    """Before anything moves, drag has no effect, and increments are as large as its derivative."""
+    """Before anything moves drag has no effect, and increments are as large as its derivative."""
     scene = dolfbuoy.load_scene("driven", **{"time.end": 0.2})
     assert np.abs(of_run(scene, parameters_of(scene, ["cable.normal_drag"])).d_tension_top.values).max() < 1.0
 
@@ -201,7 +201,7 @@ DIGITS = [
 
 @pytest.mark.parametrize(("name", "changes", "key", "begin", "expected"), DIGITS)
 def test_digits_of_a_separate_program(name, changes, key, begin, expected):
-    """Central differences of whole runs with three steps, which agree in these digits."""
+    """Common digits of central differences of whole runs with three increments."""
     changes = changes | {"solver.step_tolerance": 1e-11}
     if name == "driven":
         changes |= {"cable.position_degree": 1, "cable.tension_degree": 0}
@@ -227,7 +227,7 @@ def test_digits_at_rest(name, key, line, expected):
 
 @pytest.mark.slow
 def test_periods():
-    """The same modes of neighbours, a per cent apart; a heavier hull heaves slower."""
+    """The same modes in neighbouring scenes, 1 % apart; a heavier hull heaves more slowly."""
     found = dolfbuoy.sensitivities("short", ["buoy.mass"], what="modes")
     low, high = (dolfbuoy.modes("short", 10, **{"buoy.mass": m}).period.values for m in (396.0, 404.0))
     oscillates = np.isfinite(found.period.values)
@@ -235,7 +235,7 @@ def test_periods():
 
 
 def test_response():
-    """The same response of neighbours a per mille apart."""
+    """The same response in neighbouring scenes, 0.1 % apart."""
     found = dolfbuoy.sensitivities("short", ["buoy.mass"], what="response")
     low, high = (dolfbuoy.response("short", found.period.values, **{"buoy.mass": m}).rao.values for m in (399.6, 400.4))
     size = np.abs(found.d_rao.values).max()
@@ -244,7 +244,7 @@ def test_response():
 
 @pytest.mark.slow
 def test_tornado_of_short_by_dimensions():
-    """All masses, densities, stiffnesses and forces times a factor: forces too, and angles stay (Buckingham's Pi)."""
+    """Scaling masses, densities, stiffnesses and forces scales all forces and keeps angles (Buckingham's Pi)."""
     changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "cable.elements": 8}
     scene = dolfbuoy.load_scene("short", **changes)
     with_mass = [
@@ -262,7 +262,7 @@ def test_tornado_of_short_by_dimensions():
 
 
 def test_outputs_are_those_of_runs():
-    """Largest, smallest and mean value and deviation, per unit and per cent, as runs of neighbours have them."""
+    """Largest, smallest, mean and standard deviation, per unit and per cent, against neighbouring runs."""
     changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
     names = [f"tension_top.{n}" for n in ("max", "min", "mean", "std")]
     found = dolfbuoy.sensitivities("short", ["current.speed"], names, **changes)
@@ -293,7 +293,7 @@ def test_the_smallest_tension_along_a_line():
 
 
 def test_numbers_that_have_no_bars():
-    """The level that a force stays above for 1 s, and the lean at rest, as runs of neighbours have them."""
+    """The level exceeded by a force for 1 s, and the lean at rest, against neighbouring runs."""
     changes = {"time.end": 14.0, "time.step": 0.1, "time.scheme": "bdf2", "solver.step_tolerance": 1e-11}
     names = ["tension_top.lasting", "lean_at_start.max"]
     found = dolfbuoy.sensitivities("short", ["current.speed"], names, **changes)
@@ -311,7 +311,7 @@ def test_numbers_that_have_no_bars():
 
 
 def test_what_is_only_rounding_has_no_elasticity():
-    """The tension of a line that goes slack is 0 but for rounding, of which a per cent means nothing."""
+    """The tension of a slack line is zero to rounding: a per cent of it is meaningless."""
     time, half = np.linspace(0.0, 1.0, 11), np.array([0.5])
     runs = [{"smallest_tension": 900 * np.abs(time - 0.5)[:, None] + tiny} for tiny in (3e-14, 1e-14, 5e-14)]
     attributes = QUANTITIES["smallest_tension"].attributes()
@@ -367,7 +367,7 @@ for name, (scene, by) in json.load(open(sys.argv[1])).items():
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks(tmp_path):
-    """The same derivatives as on one, to 1e-5 of the largest of each series."""
+    """The same derivatives as on one rank, to 1e-5 of the largest of each series."""
     scenes = {"network": (NETWORK, ["joint.clump.mass"]), "bed": (ON_BED, ["cable.line_density"])}
     done = start_scenes(2, scenes, tmp_path, RANKS)
     assert done.returncode == 0, (done.returncode, done.stdout[-1000:], done.stderr[-2000:])

@@ -1,4 +1,4 @@
-"""Scatter of outputs by uncertain numbers: first order, polynomial chaos, samples.
+"""Scatter of outputs due to uncertain numbers: first order, polynomial chaos, samples.
 
 Source: closed forms of a hanging line, moments of polynomials of normal variables, samples.
 """
@@ -37,7 +37,7 @@ TOTAL = math.hypot(*SIGMAS)
 
 @pytest.mark.parametrize("method", ["first", "chaos", pytest.param("samples", marks=pytest.mark.slow)])
 def test_weight_of_a_hanging_line(method):
-    """9.81 (w L + m): sigmas add up in squares, the larger one makes more of it."""
+    """9.81 (w L + m): variances add, and the larger sigma has the larger share."""
     found = uncertainty(HANGING, method, of=["tension_top.mean"])
     scatter = 0.0 if method != "samples" else 0.1
     assert float(found["mean"][0]) == pytest.approx(9.81 * (2.0 * LENGTH + 30.0), rel=1e-6 + scatter / 10)
@@ -49,7 +49,7 @@ def test_weight_of_a_hanging_line(method):
 
 
 def test_the_smallest_tension_of_a_hanging_line():
-    """That of the lowest of three elements, 9.81 (w L/6 + m)."""
+    """In the lowest of three elements, 9.81 (w L/6 + m)."""
     found = uncertainty(HANGING, of=["smallest_tension.min"])
     sigmas = np.array([SIGMAS[0] / 6, SIGMAS[1]])
     assert float(found["mean"][0]) == pytest.approx(9.81 * (2.0 * LENGTH / 6 + 30.0), rel=1e-6)
@@ -58,7 +58,7 @@ def test_the_smallest_tension_of_a_hanging_line():
 
 
 def test_expansion_of_a_polynomial():
-    """y = 1 + 2 x + 3 (x^2 - 1)/sqrt(2) + 4 x z: mean 1, variance 4 + 9 + 16, of which x alone makes 13."""
+    """y = 1 + 2 x + 3 (x^2 - 1)/sqrt(2) + 4 x z: mean 1, variance 4 + 9 + 16, of which 13 is due to x alone."""
     xi = _hypercube(30, 2)
     x, z = xi.T
     (mean, sigma, low, high, r2), share = _chaos(xi, 1 + 2 * x + 3 * (x**2 - 1) / math.sqrt(2) + 4 * x * z)
@@ -72,7 +72,7 @@ def test_expansion_of_a_polynomial():
 
 @pytest.mark.parametrize("kind", ["normal", "lognormal", "uniform"])
 def test_distributions(kind):
-    """Mean and standard deviation of the number itself; a uniform one has bounds, a lognormal one is positive."""
+    """Mean and standard deviation of the number itself; a uniform one is bounded, a lognormal one positive."""
     scene = dolfbuoy.load_scene(HANGING | {"uncertain": {"cable.line_density": f"{kind} 30%"}})
     (one, *_) = uncertain_of(scene)
     values = 2.0 + 2.0 * one.x(_hypercube(20_000, 1)[:, 0])
@@ -86,7 +86,7 @@ def test_distributions(kind):
 
 
 def test_a_linear_answer_that_would_mislead_is_none():
-    """Runs go with the square: R^2 is below 0.8, and no sigma is given."""
+    """The response is quadratic: R^2 is below 0.8, and no sigma is given."""
     parameters = uncertain_of(dolfbuoy.load_scene(HANGING))
     slopes = xr.Dataset(
         {"d_output": (("parameter", "output"), [[1.0], [1.0]]), "output_value": ("output", [0.0])},
@@ -127,7 +127,7 @@ def test_refused(table, message):
 
 
 def test_command(call, tmp_path):
-    """Table and record; a method that there is not, and too few runs."""
+    """Table and record; an unknown method, and too few runs."""
     data = merged(MOORED, time={"end": 1.0, "step": 0.1, "scheme": "bdf2"}, uncertain={"buoy.mass": "5%"})
     scene = tmp_path / "scene.toml"
     dolfbuoy.load_scene(data).save(scene)
@@ -158,7 +158,7 @@ def test_numbers_of_samples_are_those_of_their_table():
 
 @pytest.mark.slow
 def test_scatter_of_a_maximum_over_uncertain_coefficients():
-    """Largest top tension of `short`: an expansion from 42 runs, and 100 samples that know of no expansion."""
+    """Largest top tension of `short`: an expansion from 42 runs against 100 independent samples."""
     changes = {"time.end": 20.0, "uncertain": {"buoy.normal_drag": "20%", "buoy.added_mass": "30%"}}
     changes["uncertain"] |= {"current.speed": "10%", "waves.amplitude": "5%", "buoy.mass": "5%"}
     of = ["tension_top.max"]

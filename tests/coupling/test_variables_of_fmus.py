@@ -1,6 +1,6 @@
-"""Variables and header of an FMU, all of them, of a made-up session that is never solved.
+"""All variables and the header of an FMU, for a made-up session that is never solved.
 
-Source: the tables that another program reads, by hand.
+Source: the tables another program reads, by hand.
 """
 
 import platform
@@ -20,7 +20,7 @@ TIME = {"end": 7.0, "step": 0.25}
 
 
 def made_fmu():
-    """A buoy that is driven and another that is not, an end and a length, in the order of a Session."""
+    """A driven and a free buoy, an end and a length, in the order of a Session."""
     ends = [{"name": "east", "from": [9, 0, 0], "to": "one"}, {"name": "west", "from": [-9, 0, 0], "to": "two"}]
     scene = {"cable": [ROPE | end for end in ends], "buoy": [FLOAT | {"name": n} for n in ("one", "two")]}
     scene = load_scene(scene | {"time": TIME, "title": 'Two "floats"'})
@@ -70,7 +70,7 @@ def test_variables_of_an_fmu():
 
 
 def test_header_of_an_fmu():
-    """Names as their bytes: of any letters."""
+    """Names as bytes, with any characters."""
     _, layout = made_fmu()
     lines = fmu._header(layout._replace(free=["Böje"], starts=[16.0, 0.1]), "{7}").splitlines()
     assert lines[:6] == [
@@ -86,7 +86,7 @@ def test_header_of_an_fmu():
 
 
 def test_what_an_fmu_says_of_itself():
-    """What it can do, the parameter by which inputs go on, and units by their exponents."""
+    """Its capabilities, the parameter for input extrapolation, and units by their exponents."""
     scene, layout = made_fmu()
     root = ElementTree.fromstring(fmu.description(scene, layout, "floats", "{7}"))
     assert (root.get("fmiVersion"), root.get("variableNamingConvention")) == ("3.0", "flat")
@@ -120,7 +120,7 @@ def test_what_an_fmu_says_of_itself():
 
 @pytest.mark.parametrize(("file", "name"), [("two floats-1.fmu", "two_floats_1"), ("9.fmu", "scene_9")])
 def test_what_an_fmu_holds(file, name, tmp_path, monkeypatch):
-    """Its library by its name, made with its own header; the scene that it is of."""
+    """Its named library, built with its own header, and its scene."""
     scene, layout = made_fmu()
     asked = []
 

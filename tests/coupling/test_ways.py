@@ -1,6 +1,6 @@
-"""Ways to an equilibrium: the same for both spellings of a scene; tails, tethers, and starts that are given.
+"""Routes to an equilibrium: the same for both spellings of a scene; tails, tethers, and given starts.
 
-Source: forces in balance (weights, Archimedes, drag of each element by hand), runs of the same scene from elsewhere.
+Source: balance of forces (weights, Archimedes, drag of each element by hand); runs of the same scene from other starts.
 """
 
 import math
@@ -46,7 +46,7 @@ def test_every_shipped_scene_is_listed():
 
 @pytest.mark.parametrize("name", MOST)
 def test_both_spellings_go_the_same_way(name, monkeypatch):
-    """The same unknowns after the same iterations, by Newton alone, and no more of them than before."""
+    """Equal unknowns after equally many iterations, by Newton's method alone, and no more of them than before."""
     monkeypatch.chdir(SCENES)  # for the files that a scene names
     given = tomllib.loads(Path(f"{name}.toml").read_text())
     route, iterations, u = at_rest(given)
@@ -61,7 +61,7 @@ def test_both_spellings_go_the_same_way(name, monkeypatch):
 
 @pytest.mark.parametrize("brackets", [False, True])
 def test_a_cable_that_hangs_in_a_fold_below_its_anchor(brackets):
-    """22 m in 20 m of water: its buoy carries what hangs from it, and nothing is pulled aside or pushed."""
+    """22 m in 20 m of water: the buoy carries the hanging part, without horizontal force or compression."""
     cable = {"length": 22.0, "line_density": 27.6, "diameter": 0.08, "axial_stiffness": 2.3e8, "elements": 44}
     buoy = {"hull": [[0.0, 1.6], [2.8, 1.6]], "mass": 2400.0, "center_of_mass": 0.9}
     scene = {"sea": {"depth": 20.0}, "cable": [cable] if brackets else cable, "buoy": buoy}
@@ -99,7 +99,7 @@ def drag_and_weight(problem, speed):
 
 
 def test_a_heavy_tail_under_a_rope_that_floats():
-    """Its start knows the current.  A run that begins along a polyline comes to rest in the same state."""
+    """The start includes the current.  A run started from a polyline comes to rest in the same state."""
     found = solve_static(tail())
     assert found.attrs["route"] == "newton"
     assert float(found.cable_tension.min()) > 1000.0
@@ -129,7 +129,7 @@ TETHERS = {
 
 @pytest.mark.parametrize("more", TETHERS.values(), ids=TETHERS)
 def test_tethers_of_wave_riders(more):
-    """Nothing compressed, the buoy afloat on its line, and anchor, drag, weights and buoy in balance."""
+    """No compression, the buoy floating on its line, and anchor force, drag, weights and buoyancy in balance."""
     problem = solve_equilibrium(load_scene(tether(**more)), MPI.COMM_SELF)
     top, anchor = problem.end_tension(), problem.anchor_force()
     scale, T = np.linalg.norm(top), problem.system.u[problem.lines.T_dofs]
@@ -154,14 +154,14 @@ def test_tethers_of_wave_riders(more):
     "points", [[[0, 0, -100], [5, 0, -100], [60, 0, 0]], [[0, 0, -100], [0, 30, -40], [-40, 10, 0]]]
 )
 def test_a_start_that_is_given(points):
-    """From two polylines, one of them upstream, to the state that the closed form leads to; the record says so."""
+    """From two polylines, one of them upstream, to the same state as from the closed form; the record states it."""
     found = solve_static(tail(), initial__points=points)
     assert found.attrs["route"] == "initial.points, relaxation"
     np.testing.assert_allclose(found.cable_tension, solve_static(tail()).cable_tension, rtol=1e-6)
 
 
 def test_where_the_polyline_of_a_run_is_of_use(monkeypatch):
-    """Statics of a run that begins along a polyline take it where the closed form leads nowhere."""
+    """The equilibrium search falls back on the run's polyline if the closed form fails."""
     first = {"kind": "polyline", "points": [[0, 0, -100], [5, 0, -100], [60, 0, 0]], "buoy_position": [60, 0, 0.3]}
     assert at_rest(tail(initial=first))[0] == "newton"
 
@@ -203,7 +203,7 @@ def test_a_run_says_how_its_equilibrium_was_found():
 
 @pytest.mark.parametrize("number", [2, 3])
 def test_buoys_without_any_cable(number):
-    """Each floats at its own draft, whatever pushes it."""
+    """Each floats at its own draft, under any horizontal force."""
     push = {"force": [100.0, 0.0, 0.0]}
     buoys = [HULL | {"name": f"b{k}", "mass": 225.0 + 30 * k, "external_force": push} for k in range(number)]
     problem = solve_equilibrium(load_scene({"sea": {"depth": 20.0}, "current": {"speed": 1.0}, "buoy": buoys}))
@@ -215,7 +215,7 @@ def test_buoys_without_any_cable(number):
 
 
 def test_what_failed_is_said():
-    """A line almost without stretch, exactly taut: all ways that were tried, the reasons of the first and the last."""
+    """A nearly inextensible line, exactly taut: all methods tried, with the first and the last reason."""
     cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": 1e14, "elements": 10, "anchor": [0.0, 0.0, 0.0]}
     cable |= {"position_degree": 3, "tension_degree": 2, "top": {"kind": "fixed", "position": [0.6, 0.0, 0.8]}}
     with pytest.raises(SolveError) as caught:
@@ -244,7 +244,7 @@ def test_every_reason_is_the_one_of_its_way(monkeypatch):
 
 @pytest.mark.parametrize("scene", [tail(), tether(), tether(speed=1.5), "short", "three-legs"], ids=range(5))
 def test_motions_end_where_newton_does(scene):
-    """With momentum or each step from rest, from the closed form."""
+    """With momentum or with each step from rest, starting from the closed form."""
     problem = Problem(load_scene(scene), dynamic=False, comm=MPI.COMM_SELF)
     expected = at_rest(scene)[2]
     for way in ways.MOTIONS:
@@ -271,7 +271,7 @@ def test_a_motion_has_an_end_and_can_be_interrupted(monkeypatch):
 
 
 def test_a_step_that_moves_nothing_is_no_rest():
-    """So short a step may ask for nothing: all has to be in balance without its inertia too."""
+    """A very short step may need no increment: equilibrium must also hold without inertia."""
     problem = solve_equilibrium(load_scene(tail()), MPI.COMM_SELF)
     scale = damped.Scale.of(problem)
     assert scale.is_rest(problem, farthest=0.0, h=1e-3)

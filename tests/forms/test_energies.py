@@ -1,6 +1,6 @@
-"""Energies, powers and small laws as expressions: of lines, springs, joints, take-offs, the bed, evaluated in numbers.
+"""Energies, powers and constitutive laws of lines, springs, joints, take-offs and the bed, as UFL expressions.
 
-Source: integrals of forces over ways, differences of energies, and the laws written again with numpy.
+Source: work integrals of the forces, differences of energies, and the laws programmed again in numpy.
 """
 
 import math
@@ -52,7 +52,7 @@ def test_shear_and_curvature():
 
 
 def test_blended_terms_are_derivatives_of_their_energy():
-    """It is quadratic in either: central differences are exact."""
+    """The energy is quadratic in either argument: central differences are exact."""
     h = 1.7
     energy = h**4 / 720 * (R.slope() @ M.bend) ** 2 / (2 * EI)
     assert value(bending.blended_energy(R.ufl, M.ufl, EI, h)) == pytest.approx(energy, rel=1e-12)
@@ -82,7 +82,7 @@ def test_a_spring_at_an_end(end, sign):
 
 
 def test_bending_energy_and_what_damps():
-    """The rate of the curvature by differences along the line."""
+    """The rate of curvature by finite differences along the line."""
     beta, h = 0.3, 1e-5
     assert value(bending.bending_energy(M.ufl, EI)) == pytest.approx(M() @ M() / (2 * EI), rel=1e-13)
 
@@ -123,7 +123,7 @@ def test_strain_and_energy_of_a_table(tension, compliance):
 
 
 def test_elastic_energy_is_that_of_the_elastic_tension():
-    """T less c e_t, by Hooke's law in its stiffness and in its compliance; an inextensible line has none."""
+    """T minus c e_t, by Hooke's law with stiffness or compliance; an inextensible line has none."""
     rate, c = T @ R_T.slope(), 13.0
     e = (70.0 - c * rate) / 900
     for line in (cable.Cable(1.0, 900.0, damping=c), cable.Cable(1.0, damping=c, compliance=1 / 900)):
@@ -136,7 +136,7 @@ def test_elastic_energy_is_that_of_the_elastic_tension():
 
 @pytest.mark.parametrize("scale", [2.0, 0.5])
 def test_power_of_a_damped_rope(scale):
-    """Taut, what its damper takes; slack, without tension, nothing."""
+    """Taut: the power dissipated by its damper; slack and without tension: zero."""
     r, r_t, c = float(scale / STRETCH) * R.ufl, R_T.ufl, 13.0
     rate, strain, rope = T @ R_T.slope(), scale - 1, cable.Cable(1.0, 900.0, damping=13.0)
     tension = 900 * strain + c * rate if scale > 1 else 0.0
@@ -225,7 +225,7 @@ def test_take_offs_at_a_point():
 
 
 def test_a_ground_that_is_no_plane():
-    """By a parabola, of which Taylor's formula has all."""
+    """On a parabola, for which Taylor's formula is exact."""
     a, b, c, d, e = 0.3, -0.2, 0.4, 0.1, -0.6
 
     def height(x, y):
@@ -242,7 +242,7 @@ def test_a_ground_that_is_no_plane():
 
 @pytest.mark.parametrize(("gap", "lifted"), [(0.2, 0.2), (-0.3, 0.0)])
 def test_what_holds_a_sinker(gap, lifted):
-    """A spring down to the bed and one along it; nothing of what is none."""
+    """A spring down to the bed and one along it; zero for bodies that are not sinkers."""
     n, moved = np.array([0.0, 0.6, 0.8]), np.array([0.5, 0.3, -0.1])
     at = seabed.Contact(vector(n), ufl.as_ufl(gap), 70.0, 3.0, 0.01, None, 9.0, vector(moved))
     np.testing.assert_allclose(value(seabed.holding(1.0, at)), -(70 * lifted * n + 9 * across(moved, n)), rtol=1e-13)

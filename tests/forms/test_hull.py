@@ -1,7 +1,6 @@
-"""Strips of the hull against exact geometry of a partly submerged cylinder, and their sum against Eq. (10).
+"""Hull strips against the exact geometry of a partly submerged cylinder, and their sum against Eq. (10).
 
-Source: exact geometry by quadrature over the columns of still water, righting levers of tests/reference, Eq. (10) by
-hand.
+Source: exact geometry by quadrature over still-water columns, righting levers in tests/reference, Eq. (10) by hand.
 """
 
 import itertools
@@ -26,7 +25,7 @@ DENSITY, GRAVITY = 1025.0, 9.81
 
 
 class Pose:
-    """Wet hull and loads of a static problem at any pose of a free buoy."""
+    """Wet hull and loads of a static problem for a free buoy in any pose."""
 
     def __init__(self, buoy, **solver):
         scene = load_scene({"sea": {"depth": 50.0, "density": DENSITY}, "buoy": buoy, "solver": solver})
@@ -191,7 +190,7 @@ def test_displacement_and_righting_lever(named_pose, degrees):
 
 
 def _keel_when_half_submerged(b, degrees):
-    """The middle of the axis is at the water."""
+    """Keel height with the midpoint of the axis at the water surface."""
     return -b["H"] / 2 * math.cos(math.radians(degrees))
 
 
@@ -205,7 +204,7 @@ def test_righting_levers_of_the_reference(named_pose):
 
 @pytest.mark.parametrize("degrees", [30, 150])
 def test_points_converge_like_those_of_a_smooth_function(degrees):
-    """Each two points more take a digit or more from the error: nothing is left of the roots at the ends of the cut."""
+    """Every two extra points reduce the error tenfold or more: the square roots at the ends of the cut do no harm."""
     b, orders = reference("buoy_statics")["buoyB_long"], [5, 9, 13, 17]
     keel = _keel_when_half_submerged(b, degrees) - 0.11 * b["H"]
     exact = exact_displaced(b, keel, degrees)
@@ -236,7 +235,7 @@ def test_metacentric_height_from_the_compiled_torque():
 
 
 def test_loads_and_outputs_are_the_same_integrals(named_pose):
-    """Force and torque of the residual are those of weight at C and displaced mass at B."""
+    """Force and torque of the residual equal those of the weight at C and the displaced mass at B."""
     b, pose = named_pose
     force, torque = pose.loads(-0.3 * b["H"], 25)
     mass, moment = pose.displaced(-0.3 * b["H"], 25)
@@ -308,7 +307,7 @@ def test_projected_areas_of_a_hull_that_widens_and_narrows():
 
 
 def stepped_radius(z):
-    """Half the diameters between the stations above."""
+    """Half the diameters interpolated between the stations above."""
     return np.interp(z, [0.5, 1.7, 2.0, 2.9], [0.15, 0.25, 0.8, 0.6]) if z > 0.5 else 0.4
 
 
@@ -334,7 +333,7 @@ def test_volume_and_centroid_of_a_stepped_hull(draft):
 
 
 def test_pieces_are_shared_out_by_length():
-    """Every station is an end of pieces, a frustum too short for one has one."""
+    """Every station is the end of a piece; a very short frustum has one."""
     pieces = STEPPED.pieces(29)
     ends = [pieces[0][0], *(b for _, b, _, _ in pieces)]
     np.testing.assert_allclose(ends, np.linspace(0.0, 2.9, 30), atol=1e-12)
@@ -351,7 +350,7 @@ def test_faces_are_ends_and_steps():
 
 
 def test_stations_that_nearly_coincide_are_a_step():
-    """A frustum too thin for its slope to be a number counts for nothing."""
+    """A frustum too thin for a finite slope is ignored."""
     thin = HullShape(((0.0, 1.0), (5e-324, 0.8), (1.0, 0.8), (1.0 + 2.3e-16, 0.5), (2.0, 0.5)))
     step = HullShape(((0.0, 1.0), (0.0, 0.8), (1.0, 0.8), (1.0, 0.5), (2.0, 0.5)))
     assert thin.volume() == pytest.approx(step.volume(), rel=1e-14)
@@ -361,7 +360,7 @@ def test_stations_that_nearly_coincide_are_a_step():
 
 
 def test_water_plane_at_the_end_of_a_part():
-    """Where a cylinder goes on as a cone the plane is that of both; at a step it is that of the part below."""
+    """Where a cylinder continues as a cone both have the same water plane; at a step it is that of the part below."""
     hull = HullShape([[0.0, 2.0], [1.0, 2.0], [1.0, 3.0], [2.0, 1.0], [3.0, 1.0]])
     expected = [(0.0, 1.0), (0.5, 1.0), (1.0, 1.0), (1.5, 1.0), (2.0, 0.5), (3.0, 0.5), (3.1, 0.0), (-0.1, 0.0)]
     assert [hull.waterplane_radius(draft) for draft, _ in expected] == pytest.approx([r for _, r in expected], abs=1e-9)

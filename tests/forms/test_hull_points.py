@@ -1,6 +1,6 @@
-"""Points along the hull that follow the water plane: accuracy, their number, and no jumps.
+"""Quadrature points that follow the water plane along the hull: accuracy, number, and continuity.
 
-Source: the wet segments of the same hull, integrated adaptively between all heights where they are not smooth.
+Source: the wet segments of the same hull, integrated adaptively between the heights where they are not smooth.
 """
 
 import itertools
@@ -28,23 +28,23 @@ class Hull:
         self.buoy, self.system = self.problem.buoy, self.problem.system
 
     def put(self, height, tilt, heading=0.4):
-        """C at a height over the water; tilt in radians."""
+        """Place C at a height above the water; tilt in radians."""
         x, y, z, w = Rotation.from_rotvec(tilt * np.array([-math.sin(heading), math.cos(heading), 0.0])).as_quat()
         self.system.u[self.buoy.part.slice] = self.buoy.reference.x.array[:] = [0.0, 0.0, height, w, x, y, z]
         self.system.publish()
 
     def displaced(self):
-        """Volume and its moment about C, over g: as the residual has them."""
+        """Volume and its moment about C, over g, from the residual."""
         residual = self.system.evaluate()[self.buoy.part.slice] / (DENSITY * GRAVITY)
         return np.array([self.buoy.mass.mass / DENSITY - residual[2], np.linalg.norm(residual[4:7])])
 
     def stiffness(self):
-        """Area of the water plane, as the Jacobian has it."""
+        """Area of the water plane, from the Jacobian."""
         self.system.assemble_jacobian()
         return self.system.A.getValue(2, 2) / (DENSITY * GRAVITY)
 
     def points(self):
-        """In use at the last evaluation."""
+        """Points used in the last evaluation."""
         groups = self.buoy.hull.points.wet, self.buoy.hull.points.cut
         return sum(int(self.system.shared.count(g.mesh, g.cells)[0]) for g in groups)
 
@@ -88,7 +88,7 @@ def hull(request):
 
 @pytest.mark.parametrize("largest", [10, 180])
 def test_volume_centre_and_water_plane(hull, largest):
-    """Random poses that are wet, with at most 80 points."""
+    """Random partly wet poses, with at most 80 points."""
     draw, shape = np.random.default_rng(3), hull.buoy.shape
     area = math.pi * shape.max_diameter**2 / 4
     for _ in range(25):
@@ -130,7 +130,7 @@ def test_inverted_and_lying(hull):
 
 @pytest.mark.parametrize("tilt", [0.0, 1e-4, 0.3])
 def test_no_jumps(hull, tilt):
-    """A break that crosses a station, or is born or ends there, changes the residual by the quadrature's error."""
+    """A breakpoint that crosses a station, appears or vanishes changes the residual by the quadrature error only."""
     shape, s = hull.buoy.shape, math.sin(tilt)
     for station, radius in zip(shape.heights, shape.radii, strict=True):
         for side in (-1, 1):
@@ -163,7 +163,7 @@ def test_dry_and_drowned(hull):
 )
 @pytest.mark.parametrize("tilt", [0.02, 0.5, 1.5])
 def test_pointed_hulls(hull, tilt):
-    """Diameters of zero: hulls that have no face, and heights where they have no disk."""
+    """Zero diameters: hulls without end faces, and heights where they have no disk."""
     buoy = {"hull": hull, "mass": 500.0, "axial_added_mass": 0.6, "rotational_added_mass": 0.5, "axial_drag": 1.0}
     found = Hull(buoy)
     for height in (-1.4, -0.3, 0.0, 0.9):

@@ -1,6 +1,6 @@
-"""Sums over wave components in C: values, derivatives, weights over disks, and that the process keeps denormals.
+"""Sums over wave components in C: values, derivatives, weights over disks; the process keeps denormals.
 
-Source: tests/reference/sea.json (mpmath), the sum in numpy (`model.airy`) and its differences, Bessel functions.
+Source: tests/reference/sea.json (mpmath), the sum in numpy (`model.airy`) and its finite differences, Bessel functions.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ def scene_of(waves, depth=20.0):
 
 
 class Sums:
-    """The functions of C at points, without any form."""
+    """The C functions at points, without any form."""
 
     def __init__(self, scene, t):
         self.kinematics, self.airy, self.t = Kinematics(scene), AirySum.of(scene), t
@@ -64,7 +64,7 @@ def test_three_components():
 @pytest.mark.parametrize("stretching", ["wheeler", "vertical"])
 @pytest.mark.parametrize("depth", [6.0, 300.0])
 def test_sums_in_vectors_are_those_of_numpy(stretching, depth):
-    """100 components, no whole number of vectors, in a ramp; above the water too."""
+    """100 components, not a multiple of the vector length, during a ramp; also above the water."""
     sums = Sums(scene_of(STORM | {"stretching": stretching, "ramp": 40.0}, depth), 23.7)
     for x in np.random.default_rng(3).uniform([-500, -500, -5], [500, 500, 2], (20, 3)):
         surface, velocity, acceleration = sums.at(x)
@@ -75,7 +75,7 @@ def test_sums_in_vectors_are_those_of_numpy(stretching, depth):
 
 @pytest.mark.parametrize("degree", [1, 3])
 def test_points_of_a_deep_cable(degree):
-    """From the surface to 300 m, where most components do not reach: at the points of the elements, in their order."""
+    """From the surface to 300 m, below the reach of most components: at the quadrature points, in order."""
     cable = {"length": 320.0, "line_density": 20.0, "diameter": 0.05, "axial_stiffness": 1e7, "elements": 7}
     cable |= {"position_degree": degree, "tension_degree": 0, "normal_drag": 1.0, "top": {"kind": "free"}}
     scene = {"sea": {"depth": 300.0}, "cable": cable, "waves": STORM | {"kinematics": "exact"}}
@@ -105,13 +105,13 @@ def test_points_of_a_deep_cable(degree):
 
 
 def tensor(g):
-    """Symmetric without trace, of xx, xy, yy, xz, yz."""
+    """Symmetric traceless tensor from xx, xy, yy, xz, yz."""
     xx, xy, yy, xz, yz = g
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
 
 
 def test_derivatives():
-    """Slope, curvature, gradients and theirs are differences of what they are derivatives of, in linear theory."""
+    """Slope, curvature and gradients equal finite differences, in linear theory."""
     waves = Waves(**STORM).model_copy(update={"stretching": "none"})
     sums = Sums(scene_of(STORM).model_copy(update={"waves": waves}), 5.0)
     x, h = np.array([12.0, -31.0, -1.7]), 1e-4
@@ -145,7 +145,7 @@ def test_denormal_numbers_survive():
 
 
 def test_without_vectors_the_sums_are_the_same(tmp_path, monkeypatch):
-    """What is compiled where there is no libmvec."""
+    """The version compiled without libmvec."""
     monkeypatch.setattr(build.platform, "machine", lambda: "another")
     monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
     plain = core.__wrapped__()
@@ -157,7 +157,7 @@ def test_without_vectors_the_sums_are_the_same(tmp_path, monkeypatch):
 
 
 def test_layout_of_a_sample():
-    """The places of `forms.sea` are those of C."""
+    """`forms.sea` and C use the same positions."""
     sizes = {"PLACE": 3, "ETA": 1, "SLOPE": 2, "V": 3, "GRAD_V": 5, "A": 3, "GRAD_A": 5}
     sizes |= {"CURVATURE": 3, "GRAD2_V": 7, "GRAD2_A": 7}
     ends = np.cumsum([0, *sizes.values()])

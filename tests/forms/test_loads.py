@@ -1,6 +1,6 @@
-"""Equations of the cable and loads of the water on cable and hull at one point, evaluated in numbers.
+"""Cable equations and hydrodynamic loads on cable and hull at one point, evaluated numerically.
 
-Source: Morison's formula, the strain equation and a disc's wet segment written again with numpy.
+Source: Morison's equation, the strain equation and a disc's wet segment programmed again in numpy.
 """
 
 import math
@@ -66,7 +66,7 @@ TANGENT = SLOPE / np.linalg.norm(SLOPE)
 
 
 def split(x, t):
-    """(normal, tangential) part."""
+    """(normal, tangential) components."""
     return x - (x @ t) * t, (x @ t) * t
 
 
@@ -87,7 +87,7 @@ def test_strain_rate_of_a_stretched_cable():
 
 @pytest.mark.parametrize("form", ["paper", "energy"])
 def test_strain_equation(form):
-    """It holds for the strain that the curve has and is half (|r'|^2 - (1+e)^2), over 1+e or its square, for any."""
+    """Zero for the actual strain of the curve, else half (|r'|^2 - (1+e)^2), over 1+e or its square."""
     length = np.linalg.norm(SLOPE)
     assert value(cable.strain_equation(r, length - 1, 1.0, form)) == pytest.approx(0.0, abs=1e-14)
     defect = 0.5 * (length**2 - 1.2**2) / 1.2 ** (1 if form == "paper" else 2)
@@ -96,7 +96,7 @@ def test_strain_equation(form):
 
 
 def test_tension_weight_and_inertia():
-    """T r'/(1+e) is T times the unit tangent where e is the strain of the curve; weight less that of the water."""
+    """T r'/(1+e) is T times the unit tangent for the actual strain of the curve; weight minus buoyancy."""
     e = np.linalg.norm(SLOPE) - 1
     assert value(cable.tension_term(r, 50.0, ufl.as_ufl(e), r_t)) == pytest.approx(50.0 * TANGENT @ SLOPE_T, rel=1e-13)
     assert value(cable.tension_term(r, 50.0, None, r_t)) == pytest.approx(50.0 * SLOPE @ SLOPE_T, rel=1e-13)
@@ -108,7 +108,7 @@ def test_tension_weight_and_inertia():
 
 
 def cable_force(v, a, water, water_t, froude_krylov=False):
-    """Drag, added mass and Froude-Krylov force [N per stretched metre]; None for what is at rest."""
+    """Drag, added mass and Froude-Krylov force [N per stretched metre]; None for quantities that are zero."""
     v_n, v_t = split((0 if v is None else v) - water, TANGENT)
     force = -0.5 * 0.9 * RHO * 0.07 * np.linalg.norm(v_n) * v_n - 0.5 * 0.2 * RHO * 0.07 * np.linalg.norm(v_t) * v_t
     if a is not None:
@@ -124,7 +124,7 @@ TERMS += [(cable.tangential_added_mass, 0.15), (cable.normal_froude_krylov, None
 
 
 def total(terms, *where):
-    """Sum of the terms that there are at a place."""
+    """Sum of the terms present at a point."""
     found = [term(c, *where) for term, c in terms]
     return sum(value(force) for force in found if force is not None)
 
@@ -207,7 +207,7 @@ def test_couple_of_the_pressure_gradient():
 
 
 def test_water_on_a_face():
-    """Drag and added mass along the axis only; the water's acceleration counts against the body's."""
+    """Drag and added mass along the axis only; inertia from the relative acceleration of water and body."""
     (v, a), inner = at_lever(), 0.2
     strip = strip_at(0.75 * math.pi * RADIUS**2)  # three quarters of it are wet
     face = hull.ring(strip, inner)
@@ -346,7 +346,7 @@ def test_wave_damping():
 
 
 def test_parts_of_a_vector():
-    """Across a tangent and along it."""
+    """Perpendicular to a tangent and along it."""
     a = vector(*A)
     normal, along = morison.split(a, vector(*TANGENT))
     assert value(normal) == pytest.approx(split(A, TANGENT)[0])
@@ -372,7 +372,7 @@ def test_place_of_a_driven_top():
 
 
 def test_a_phase_for_each_component():
-    """An end that runs round an ellipse."""
+    """An end moving on an ellipse."""
     numbers = {"position": (12.0, 0.5, -3.5), "amplitude": (0.1, 0.2, 1.5), "period": 5.0}
     phases = (40.0, -20.0, 130.0)
     top = Top(kind="prescribed", phase_deg=phases, **numbers)
@@ -383,7 +383,7 @@ def test_a_phase_for_each_component():
 
 
 def test_area_apart_from_the_diameter_of_the_drag():
-    """What a chain displaces is not the circle of its drag diameter; without it, it is."""
+    """A chain's displaced area differs from its drag circle; if not given, it is that circle."""
     cable = {"length": 9.0, "line_density": 60.0, "diameter": 0.1, "top": {"kind": "free"}}
     scene = load_scene({"sea": {"depth": 20.0, "density": RHO}, "cable": cable | {"area": 0.003}})
     assert cross_section(scene.network.pieces[0].section) == 0.003

@@ -1,6 +1,6 @@
-"""Waves, currents, wind and drag as expressions, evaluated in numbers.
+"""Waves, currents, wind and drag as UFL expressions, evaluated numerically.
 
-Source: kinematics and dispersion of tests/reference (scipy/mpmath), finite differences, the formulas in numpy.
+Source: kinematics and dispersion in tests/reference (scipy/mpmath), finite differences, the formulas in numpy.
 """
 
 import math
@@ -179,7 +179,7 @@ CORNERS = {
 @pytest.mark.parametrize("name", CORNERS)
 @pytest.mark.parametrize("off", [0.0, 4e-9, -4e-9])
 def test_slope_of_a_current_in_a_corner(name, off):
-    """The mean of both sides' (closed form), whatever rounding does to the height; the speed there is exact."""
+    """The mean of both sides (closed form), whatever the rounding of the height; the speed there is exact."""
     profile, corner, speed, slope = CORNERS[name]
     z = ufl.variable(ufl.as_ufl(corner + off))
     found = apply_derivatives(apply_algebra_lowering(ufl.diff(profile(ufl.as_vector([0, 0, z]))[0], z)))
@@ -224,7 +224,7 @@ def test_wave_of_a_scene_moves_with_time():
     ("profile", "speeds"), [("uniform", {-7.5: 0.7}), ([[-15.0, 0.2], [0.0, 0.9]], {-15.0: 0.2, -7.5: 0.55, 0.0: 0.9})]
 )
 def test_current_of_a_scene_is_scaled(profile, speeds):
-    """To any part of itself, and back: how continuation leads to a strong current."""
+    """To any fraction and back, as in continuation towards a strong current."""
     current = {"direction_deg": 90.0, "profile": profile} | ({"speed": 0.7} if profile == "uniform" else {})
     scene = load_scene(
         {
@@ -251,7 +251,7 @@ def test_current_of_a_scene_is_scaled(profile, speeds):
 
 @pytest.mark.parametrize("profile", ["uniform", "power", [[-15.0, 0.2], [0.0, 0.9]]])
 def test_current_of_a_scene_turns_with_time(profile):
-    """Its rows at the time, whatever the profile: half as strong and turned by 60 degrees."""
+    """Its rows at the given time, for any profile: half as strong and rotated by 60 degrees."""
     current = {"direction_deg": 20.0, "profile": profile} | ({} if isinstance(profile, list) else {"speed": 0.7})
     line = {"length": 30.0, "line_density": 5.0, "diameter": 0.1, "elements": 2, "normal_drag": 1.0}
     scene = {"sea": {"depth": 20.0}, "cable": line | {"top": {"kind": "free"}}}
@@ -279,14 +279,14 @@ def test_wind_force(z):
 
 
 def test_wind_falls_to_the_water_on_a_straight_line():
-    """Below a millimetre, where the profile's slope has no bound: half the pressure at half the height."""
+    """Below a millimetre, where the slope of the profile is unbounded: half the pressure at half the height."""
     at = [value(wind.wind_force(ufl.as_ufl(z), point(1, 0, 0), 12.0, 0.9, 1.25, 1.7))[0] for z in (1e-3, 5e-4, 1e-4)]
     assert at[0] == pytest.approx(0.5 * 0.9 * 1.25 * 1.7 * 144 * 1e-4 ** (2 / 7), rel=1e-12)
     assert at[1:] == pytest.approx([at[0] / 2, at[0] / 10], rel=1e-12)
 
 
 def test_wind_of_a_body_is_that_above_the_water_below_it():
-    """At a lever of a body upright at rest: by its height over the elevation there, and with the torque x times F."""
+    """At a lever of an upright body at rest: at its height above the local elevation, with the torque x times F."""
     where, lever, eta = np.array([2.0, -1.0, 0.4]), np.array([0.0, 0.0, 3.0]), lambda x: 0.3 * x[0] - 0.1
     load = SimpleNamespace(offset=point(*lever), direction=point(0.6, 0.8, 0), speed=12.0, drag_coefficient=0.9)
     load.air_density, load.area = 1.25, 1.7

@@ -1,6 +1,6 @@
-"""The law of the sea bed at a point, and the slider at the points of the quadrature.
+"""The contact law of the sea bed at a point, and the friction slider at the quadrature points.
 
-Source: the law written again with plain numbers.
+Source: the law programmed again in plain Python.
 """
 
 import math
@@ -28,14 +28,14 @@ RISING, SINKING = np.array([0.3, -0.2, 0.9]), np.array([0.1, 0.4, -0.7])
 
 
 def number(expression):
-    """Of a UFL expression of numbers, or an array of them."""
+    """Numerical value of a UFL expression of numbers, or of an array of them."""
     if expression.ufl_shape:
         return np.array([number(expression[i]) for i in range(expression.ufl_shape[0])])
     return float(apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))(()))
 
 
 def point(gap, velocity, displacement=None):
-    """A contact with this gap, velocity and r - r_a."""
+    """A contact point with this gap, velocity and r - r_a."""
 
     def vector(x):
         return ufl.as_vector([ufl.as_ufl(float(c)) for c in x])
@@ -53,7 +53,7 @@ def pressure(gap, velocity):
 @pytest.mark.parametrize("velocity", [RISING, SINKING, np.zeros(3)], ids=["rising", "sinking", "at rest"])
 @pytest.mark.parametrize("gap", [0.4, 1e-9, -0.2 * SAG, -3 * SAG])
 def test_pressure(gap, velocity):
-    """Nothing above the bed, and never a pull; the damper fades in over the sag."""
+    """Zero above the bed, and never tensile; the damper fades in over the sag."""
     p = number(seabed.pressure(point(gap, velocity)))
     assert p == pytest.approx(pressure(gap, velocity), rel=1e-13)
     assert (p > 0) == (gap < 0 and pressure(gap, velocity) > 0)
@@ -66,7 +66,7 @@ def test_statics_have_no_damper():
 
 @pytest.mark.parametrize(("size", "slides"), [(1e-4, False), (0.9, True), (0.0, False)])
 def test_friction(size, slides):
-    """Along the bed, against the displacement: that of a spring, mu p at most."""
+    """Along the bed, against the displacement: a spring force, limited to mu p."""
     displacement = size * np.array([0.5, -0.7, 0.4])
     u = displacement - (displacement @ NORMAL) * NORMAL
     at, p = point(-2 * SAG, SINKING, displacement), pressure(-2 * SAG, SINKING)
@@ -80,7 +80,7 @@ def test_friction(size, slides):
 
 @pytest.mark.parametrize("velocity", [RISING, SINKING])
 def test_only_the_damper_takes_energy(velocity):
-    """Power of the support = rate of the spring's energy + power of the damper, which is never positive."""
+    """Power of the support = rate of the spring's energy + damper power, which is never positive."""
     at = point(-0.6 * SAG, velocity)
     along = float(NORMAL @ velocity)
     damper = number(seabed.damping_power(at))
@@ -99,7 +99,7 @@ SCENE = {"sea": {"depth": 20.0}, "cable": CABLE, "seabed": BED}
 
 
 def test_numbers_of_a_line():
-    """The heaviest line sinks by the sag, all have one bed; a bed that is given is kept."""
+    """The heaviest line sinks by the sag, and all share one bed; a given bed is kept."""
     scene = load_scene(SCENE)
     heavy = scene.network.pieces[0].section.model_copy(update={"line_density": 60.0, "diameter": 0.2})
     w = (30.0 - 1025.0 * math.pi * 0.1**2 / 4) * 9.81
@@ -127,7 +127,7 @@ def test_numbers_of_a_line():
 
 
 def test_numbers_of_a_body():
-    """Of a joint: it sinks by the sag under its weight in water."""
+    """A joint body sinks by the sag under its weight in water."""
     scene = load_scene(SCENE)
     found = parameters_of_body(scene, Body(mass=3000.0, volume=0.4))
     weight = (3000.0 - 1025.0 * 0.4) * 9.81
@@ -182,7 +182,7 @@ def test_the_slider(problem, in_c):
 
 
 def test_points_are_those_of_the_forms(problem):
-    """Of a function of s, interpolated at the nodes and taken at the points: the values of its polynomial there."""
+    """A function of s interpolated at the nodes: its polynomial's values at the quadrature points."""
     lines, bed = problem.lines, problem.lines.bed
     values = np.column_stack([lines.node_s, lines.node_s**2, 1 + 0 * lines.node_s])
     s = bed.points.s
@@ -195,7 +195,7 @@ def test_points_are_those_of_the_forms(problem):
 
 
 def assembled(function, lines, times=lambda x: x):
-    """Integral of a function with three components over the lines."""
+    """Integral of a three-component function over the lines."""
     test = ufl.TestFunction(real_space(lines.mesh, 3))
     part = Part("sum", fem.Function(test.ufl_function_space()), 0)
     contribution, b = Contribution(ufl.inner(times(function), test) * lines.dx, part), np.zeros(3)
@@ -205,7 +205,7 @@ def assembled(function, lines, times=lambda x: x):
 
 
 def test_what_lies(problem):
-    """Length, touchdown and sag of a straight line that goes through the bed."""
+    """Length, touchdown and sag of a straight line crossing the bed."""
     lines, u = problem.lines, problem.system.u
     n, d = plane(problem.scene)
     start = np.array([1.0, 2.0, 0.0])

@@ -1,6 +1,6 @@
-"""Spectra and what is made of them: moments, bins of equal energy, directions, records, files.
+"""Wave spectra and derived data: moments, bins of equal energy, directions, records, files.
 
-Source: moments of tests/reference/sea.json (mpmath, Gamma functions), closed forms of cos^2s and of Gaussian seas.
+Source: moments in tests/reference/sea.json (mpmath, Gamma functions), closed forms for cos^2s and Gaussian seas.
 """
 
 import math
@@ -22,7 +22,7 @@ SCENE = {"sea": {"depth": 30.0}, "buoy": {"hull": [[0, 2], [2, 2]], "mass": 500.
 
 
 def spectrum_of(case):
-    """Of the input of a case."""
+    """Spectrum from the input of a case."""
     given = case["input"]
     if "gamma" in given:
         return spectra.jonswap(given["Hs"], given["Tp"], given["gamma"])
@@ -42,7 +42,7 @@ def test_moments(name):
 
 @pytest.mark.parametrize("seed", range(50))
 def test_m0_and_m2_are_exact_by_construction(seed):
-    """With amplitudes that are fixed, whatever the seed and the spreading."""
+    """With fixed amplitudes, for any seed and spreading."""
     waves = Waves(**JONSWAP, seed=seed, spreading=3.0 + seed, components=20 + seed)
     found, spectrum = components_of(waves), spectra.jonswap(2.0, 6.0)
     top = spectrum.frequencies_at(np.array([0.999 * 0.25]))[0]
@@ -74,7 +74,7 @@ def test_scatter_of_m0_with_duration(number):
 
 
 def test_streams_are_apart():
-    """More spreading or random amplitudes leave the phases; more components leave those of the first."""
+    """More spreading or random amplitudes keep the phases; more components keep those of the first ones."""
     base, spread = components_of(Waves(**JONSWAP, seed=3)), components_of(Waves(**JONSWAP, seed=3, spreading=4.0))
     assert np.array_equal(base.phase, spread.phase)
     assert np.array_equal(base.phase, components_of(Waves(**JONSWAP, seed=3, amplitudes="random")).phase)
@@ -84,7 +84,7 @@ def test_streams_are_apart():
 
 @pytest.mark.parametrize("name", [name for name in CASES if "cos2s" in name])
 def test_spreading(name):
-    """First and second circular moments; one direction per component, dealt out over the frequencies."""
+    """First and second circular moments; one direction per component, distributed over the frequencies."""
     s, expected, N = CASES[name]["input"]["s"], CASES[name]["expected"], 2000
     found = components_of(Waves(**JONSWAP, spreading=s, direction_deg=40.0, components=N))
     theta = np.radians(found.direction_deg - 40.0)
@@ -133,7 +133,7 @@ def test_directional_spectrum():
 
 @pytest.mark.parametrize(("unit", "degrees"), [("degree", 1.0), ("rad", 180 / math.pi)])
 def test_netcdf_file_of_directions(tmp_path, unit, degrees):
-    """efth(freq, dir), per degree or per radian: from where, clockwise from north; x points east."""
+    """efth(freq, dir), per degree or per radian: coming from, clockwise from north; x points east."""
     f, theta, density = directional()
     coming = np.mod(270.0 - theta, 360.0)
     efth = (("time", "dir", "freq"), degrees * density.T[None], {"units": f"m^{{2}}.s.{unit}^{{-1}}"})
@@ -151,7 +151,7 @@ def test_netcdf_file_of_directions(tmp_path, unit, degrees):
 
 
 def test_files_of_columns(tmp_path):
-    """Two columns of a spectrum or an elevation, four of components; names and remarks are passed over."""
+    """Two columns for a spectrum or an elevation, four for components; headings and comments are skipped."""
     (tmp_path / "s.csv").write_text("f, S\n# buoy 7\n0.1, 0\n0.2; 4\n 0.4  0 # end\n")
     (tmp_path / "c.txt").write_text("0.5 6 10 20\n0.2 4 -10 200\n")
     assert Waves(spectrum=str(tmp_path / "s.csv")).spectrum == [(0.1, 0.0), (0.2, 4.0), (0.4, 0.0)]
@@ -181,7 +181,7 @@ def test_a_stranger_names_nothing_outside(tmp_path, name):
 
 
 def test_elevation_record_comes_back():
-    """At x = y = 0 and the times of the record, but for the taper; with all its variance if asked for."""
+    """At x = y = 0 and the record's times, except for the taper; with its full variance if requested."""
     rng, t = np.random.default_rng(7), 100.0 + np.arange(0.0, 400.0, 0.5)
     true = [(1.0, 0.1, 0.3), (0.6, 0.16, 2.0), (0.3, 0.22, 5.0)]
     eta = sum(a * np.cos(2 * math.pi * f * t - p) for a, f, p in true) + 0.7 + 1e-3 * rng.standard_normal(len(t))
@@ -200,7 +200,7 @@ def test_elevation_record_comes_back():
 
 @pytest.mark.parametrize("part", [0.1, 0.4])
 def test_a_taper_takes_its_share_of_the_variance(part):
-    """The mean square of a cosine's rise is 3/8: over a part of the record 5/8 of that part are lost."""
+    """The mean square of a cosine taper is 3/8: 5/8 of the variance is lost in the tapered part."""
     t = np.arange(0.0, 4000.0, 0.5)
     amplitude, *_ = spectra.of_record(t, np.cos(2 * math.pi * 0.21 * t), part=1.0, taper=part)
     assert np.sum(amplitude**2) == pytest.approx(1 - 5 / 8 * part, rel=1e-3)
@@ -209,7 +209,7 @@ def test_a_taper_takes_its_share_of_the_variance(part):
 @pytest.mark.parametrize("seen", ["water", "ground"])
 @pytest.mark.parametrize("direction", [0.0, 180.0, 60.0])
 def test_current_shifts_periods(seen, direction):
-    """omega = sigma + k . U with sigma^2 = g k tanh(kh); without the key both are the same."""
+    """omega = sigma + k . U with sigma^2 = g k tanh(kh); without the key both are equal."""
     current = {"speed": 0.9, "direction_deg": 0.0}
     waves = {"amplitude": 1.0, "period": 5.0, "direction_deg": direction, "period_seen_from": seen}
     scene = load_scene(SCENE | {"current": current, "waves": waves})
@@ -272,7 +272,7 @@ def test_scatter_in_theory(row):
 
 @pytest.mark.parametrize("count", [12, pytest.param(25, marks=pytest.mark.slow)])
 def test_few_components_have_low_crests(count):
-    """The envelope of N phasors, by 4 10^6 draws, against Pearson's term: the level that one of 1000 exceeds."""
+    """Envelope of N phasors, 4 10^6 samples, against Pearson's term: the level exceeded with probability 1/1000."""
     rng, levels = np.random.default_rng(1), []
     for _ in range(8):
         phasors = np.exp(2j * math.pi * rng.random((count, 500_000))).sum(0) * math.sqrt(2 / count)
@@ -284,7 +284,7 @@ def test_few_components_have_low_crests(count):
 
 @pytest.mark.slow
 def test_largest_crest_of_three_hours():
-    """Mean over 30 seeds beside that of as many independent Rayleigh crests."""
+    """Mean over 30 seeds against that of as many independent Rayleigh crests."""
     t, found, count = np.arange(0.0, 10800.0, 0.25), [], []
     for seed in range(30):
         c = components_of(Waves(**JONSWAP, seed=seed))

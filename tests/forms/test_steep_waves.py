@@ -1,7 +1,7 @@
-"""Steady waves of finite height: the solver, their water in numpy and in C, and where they end.
+"""Steady waves of finite height: the solver, their kinematics in numpy and in C, and the limiting height.
 
-Source: Fourier collocation of another program (N = 24 and 32, agreeing with raschii 2.0.0 to 1e-6), Stokes's second
-order, the conditions at the surface, differences of the total acceleration.
+Source: Fourier collocation by another program (N = 24 and 32, agreeing with raschii 2.0.0 to 1e-6), Stokes's second
+order, the surface conditions, finite differences of the total acceleration.
 """
 
 import math
@@ -62,7 +62,7 @@ def steep(height, period, depth=20.0, **more):
 
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_wave_of_another_program(case):
-    """To the digits that are given; the waves are taken from the scene as a run takes them."""
+    """To the given digits; the waves are taken from the scene as in a run."""
     H, T, d, _ = case
     expected = [float(x) for x in CASES[case].split()]
     scene = steep(H, T, float(d))
@@ -79,7 +79,7 @@ def test_wave_of_another_program(case):
 
 
 def test_given_by_its_length():
-    """The period that the length has gives the length back, in the scene and in its file."""
+    """The period computed from the wavelength gives the same wavelength back, in the scene and in its file."""
     hull = {"hull": [[0, 2], [2, 2]], "mass": 3000.0}
     waves = {"theory": "stream", "height": 4.0, "wavelength": 70.0}
     scene = load_scene({"sea": {"depth": 20.0}, "buoy": hull, "waves": waves})
@@ -96,7 +96,7 @@ def test_given_by_its_length():
 @pytest.mark.parametrize("seen", ["water", "ground"])
 @pytest.mark.parametrize(("direction", "along"), [(180.0, -1.0), (60.0, 0.5)])
 def test_frequencies_of_a_steep_wave_in_a_current(seen, direction, along):
-    """omega = sigma + k . U; the one that is given is that of the period."""
+    """omega = sigma + k . U; the given frequency is that of the period."""
     scene = steep(3.0, 8.0, period_seen_from=seen)
     scene = type(scene)(**scene.to_dict() | {"current": {"speed": 1.0, "direction_deg": direction}})
     found = propagation(scene, 8.0, 0.0)
@@ -106,7 +106,7 @@ def test_frequencies_of_a_steep_wave_in_a_current(seen, direction, along):
 
 
 def test_in_a_current():
-    """T = 8 s at a fixed point against 1 m/s: wavenumber, crest and speed of the crests over the ground."""
+    """T = 8 s at a fixed point against 1 m/s: wave number, crest and ground speed of the crests."""
     scene = scene_of({"theory": "stream", "height": 4.0, "period": 8.0, "period_seen_from": "ground"})
     current = {"speed": 1.0, "direction_deg": 180.0}
     scene = type(scene)(**scene.to_dict() | {"gravity": G, "current": current})
@@ -156,7 +156,7 @@ def test_conditions_at_the_surface(case):
 
 
 def test_no_divergence_and_no_curl():
-    """Of the velocity below the crest, by differences, beside its largest slope."""
+    """Velocity below the crest, by finite differences, relative to its largest slope."""
     water, h = AirySum.of(steep(6.0, 10.0, direction_deg=30.0)), 1e-3
     x = np.random.default_rng(3).uniform([-60.0, -60.0, -20.0], [60.0, 60.0, 1.0], (200, 3))
     gradient = np.array([(water.flow(2.0, x + e)[0] - water.flow(2.0, x - e)[0]) / (2 * h) for e in h * np.eye(3)])
@@ -231,6 +231,6 @@ def test_orders_agree():
 
 
 def test_hull_looks_no_further_than_the_crest():
-    """Above every crest the series would grow without bound: C reads it at the crest there."""
+    """Above the crests the series would grow without bound: C evaluates it at the crest height there."""
     scene = steep(4.0, 8.0)
     assert Kinematics(scene).waves.highest == pytest.approx(stream_wave(scene).crest, rel=1e-3)

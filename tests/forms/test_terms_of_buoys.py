@@ -1,6 +1,6 @@
-"""Loads at points of a buoy, its balances, and water that is sampled or averaged, as expressions evaluated in numbers.
+"""Point loads on a buoy, its balances, and sampled or averaged water kinematics, as UFL expressions.
 
-Source: rigid bodies, Euler's equations and Taylor's formula written again with numpy; rotations of scipy.
+Source: rigid bodies, Euler's equations and Taylor's formula programmed again in numpy; rotations with scipy.
 """
 
 from types import SimpleNamespace as Fake
@@ -69,7 +69,7 @@ def test_loads_at_points_of_a_buoy():
 
 
 def test_wind_at_a_point_of_a_buoy():
-    """Of the height over the water there; twice the height is 2^(2/7) of the force."""
+    """From the height above the water there; twice the height gives 2^(2/7) times the force."""
     c = Fake(offset=vector([0, 0, 1.5]), direction=vector([0.6, 0.8, 0]), speed=9.0, drag_coefficient=1.1)
     c.air_density, c.area = 1.25, 2.0
     arm = TURN.apply([0, 0, 1.5])
@@ -82,7 +82,7 @@ def test_wind_at_a_point_of_a_buoy():
 
 
 def test_balances_of_a_buoy_at_rest():
-    """Every term alone: pseudo-inertia, what gauges the turn about the axis, the loads and the quaternion's length."""
+    """Each term alone: pseudo-inertia, gauge of rotation about the axis, loads and norm of the quaternion."""
     small = Rotation.from_rotvec([1e-5, 2e-5, -3e-5])
     q, r, r_ref = vector(np.roll((small * TURN).as_quat(), 1)), np.array([1.0, 2.0, 3.0]), np.array([1.5, 1.0, 4.0])
     np.testing.assert_allclose(value(buoy.turn(q, 2 * QUATERNION)), [5e-6, 1e-5, -1.5e-5], rtol=1e-8)

@@ -1,6 +1,6 @@
-"""The Python interface without what it calls: which folder, rank and scene each call gets, and what comes back.
+"""The Python interface without the code it calls: folder, rank and scene passed to each call, and return values.
 
-Source: the docstrings of the interface; stand-ins for runs, equilibria, modes and folders that tell what they get.
+Source: the docstrings of the interface; stand-ins for runs, equilibria, modes and folders that report their arguments.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Roots and rotations as scipy finds them, to the last bit, in starts that do without scipy.
+"""Roots and rotations equal those of scipy to the last bit, for starts that avoid importing scipy.
 
 Source: scipy's brentq and Rotation.
 """

@@ -1,6 +1,6 @@
-"""What `--set`, `--vary` and overrides do: values, words, keys taken away; and what was silent once.
+"""`--set`, `--vary` and overrides: values, words, removed keys; and errors that used to be silent.
 
-Source: the scenes that the same changes written by hand give.
+Source: the scenes obtained by making the same changes by hand.
 """
 
 from concurrent.futures import ThreadPoolExecutor

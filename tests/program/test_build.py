@@ -1,6 +1,6 @@
-"""How the core is compiled: options of each file, what is tried where a compiler refuses, whose headers, what is said.
+"""Compilation of the core: options of each file, fallbacks if a compiler refuses, choice of headers, messages.
 
-Source: the flags of gcc, written by hand; calls of compilers that are made up; locks as the kernel sees them.
+Source: the flags of gcc, written by hand; made-up compiler calls; locks as the kernel sees them.
 """
 
 import errno

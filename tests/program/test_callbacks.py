@@ -1,4 +1,4 @@
-"""What PETSc calls in C does the same as its oracle in Python, to the last bit, and says so when it fails.
+"""PETSc's C callbacks agree with their Python reference to the last bit, and report failures.
 
 Source: tests/support/newton_in_python.py.
 """

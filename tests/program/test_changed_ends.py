@@ -1,6 +1,6 @@
-"""Ends of lines that a run's callback moves to another place.
+"""Line ends moved by a run's callback.
 
-Source: the place that it is given.
+Source: the prescribed position.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Checkpoints alone: what comes back, where a run is complete, and what is refused.
+"""Checkpoints alone: restored data, completeness of a run, and refusals.
 
 Source: states and times by hand.
 """

@@ -1,6 +1,6 @@
-"""What is recorded, shown and named, and from where on, each alone: quantities, samples, curves, winches, headings.
+"""Choice of recorded and displayed quantities, each alone: names, samples, start times, curves, winches, headings.
 
-Source: declarations, records and datasets made by hand.
+Source: made-up declarations, records and datasets.
 """
 
 import math

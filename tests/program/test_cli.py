@@ -1,6 +1,6 @@
 """The command line: what it prints, what it writes, and its exit codes.
 
-Source: what README promises of commands and exit codes.
+Source: README's description of commands and exit codes.
 """
 
 import signal

@@ -1,6 +1,6 @@
-"""A command is declared once: one module in a folder of commands, and nothing else, adds it.
+"""A command is declared once, in one module of a folder of commands, and needs no change elsewhere.
 
-Source: the number of shipped scenes, counted by the interface of Python.
+Source: the number of shipped scenes, counted through the Python interface.
 """
 
 import sys

@@ -1,6 +1,6 @@
-"""Parts of commands, each alone: sentences as they are, what is rarely shown, the doctor.
+"""Parts of commands, each alone: exact wording, rarely shown output, the doctor.
 
-Source: the same words by hand; records and programs that are made up.
+Source: the same words by hand; made-up records and programs.
 """
 
 import sys

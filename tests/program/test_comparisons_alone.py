@@ -1,6 +1,6 @@
-"""Errors over sizes, orders, rounded numbers, accuracies and crests, each alone at its limits.
+"""Errors against size, orders, rounded numbers, accuracies and crests, each alone at its limits.
 
-Source: powers, triangles and Rayleigh's distribution by hand.
+Source: powers, triangles and the Rayleigh distribution by hand.
 """
 
 import math

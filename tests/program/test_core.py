@@ -1,4 +1,4 @@
-"""The core in C: compiled without a warning, clean to C's tools, built once and whole, on petsc4py's own PETSc.
+"""The C core: compiled without warnings, clean in C analysers, built once and completely, with petsc4py's own PETSc.
 
 Source: gcc, cppcheck, AddressSanitizer and UndefinedBehaviorSanitizer; sums by hand.
 """

@@ -1,4 +1,4 @@
-"""Loops of the core in C, each alone on a few made-up numbers.
+"""Loops of the C core, each alone on a few made-up numbers.
 
 Source: the same sums with NumPy.
 """

@@ -1,6 +1,6 @@
-"""Take-offs and winches in what is shown: record, summary, snapshot, page, replay.
+"""Take-offs and winches in all outputs: record, summary, snapshot, page, replay.
 
-Source: the scene's own rows of the winch; recorded lengths of take-offs against the points that they are drawn between.
+Source: the scene's own table of the winch; recorded take-off lengths against the drawn end points.
 """
 
 import numpy as np

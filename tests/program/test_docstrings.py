@@ -1,6 +1,6 @@
-"""Docstrings name a thing or order an action; none begins as half a sentence, or as a question.
+"""Docstrings begin with a noun or an imperative, not with a fragment or a question.
 
-Source: the source, read as a syntax tree; the first words are those of the house, listed by hand.
+Source: the source, parsed as a syntax tree; a list of disallowed first words.
 """
 
 import ast

@@ -1,6 +1,6 @@
-"""An effect is declared once: what follows from a declaration, shown with one that the program does not have.
+"""An effect is declared once: consequences of a declaration, shown with an effect the program does not have.
 
-Source: the balance of energy; the terms of the declaration itself.
+Source: the energy balance; the terms of the declaration itself.
 """
 
 from typing import Annotated

@@ -1,6 +1,6 @@
-"""Beginning and end of commands in this process: the entry, options that nobody means, exit codes and last words.
+"""Start and end of commands in this process: the entry point, invalid options, exit codes and final messages.
 
-Source: the same words by hand; errors and streams that are made up.
+Source: the same words by hand; made-up errors and streams.
 """
 
 import gc

@@ -1,4 +1,4 @@
-"""Figures of a run: there, readable, nothing over anything else, and the water in its place.
+"""Figures of a run: present, legible, without overlaps, and with the water in its place.
 
 Source: the record, solid geometry by the divergence theorem, the forms of the sea.
 """

@@ -1,6 +1,6 @@
-"""Figures and pictures of what is rarer: residuals of a fit, elasticities, crowded sweeps, slopes, gusts, error bands.
+"""Rarer figures and pictures: residuals of a fit, elasticities, crowded sweeps, slopes, gusts, error bands.
 
-Source: datasets and records made up by hand, read back from curves, bars and polygons.
+Source: made-up datasets and records, read back from curves, bars and polygons.
 """
 
 import math

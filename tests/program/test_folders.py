@@ -1,6 +1,6 @@
-"""A folder of results: nothing in it is lost, two runs do not mix, and what is damaged or cannot be written is said.
+"""A folder of results: nothing is lost, two runs do not mix, and damaged or unwritable files are reported.
 
-Source: the files before and after, byte for byte; what README.md of dolfbuoy/results promises.
+Source: the files before and after, byte for byte; the promises of dolfbuoy/results/README.md.
 """
 
 import itertools

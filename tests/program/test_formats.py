@@ -1,6 +1,6 @@
-"""Moorings in other programs' files: what becomes of them, what is said of the rest, and what is refused.
+"""Moorings in other programs' files: their translation, notes on the rest, and refusals.
 
-Source: MoorDyn's manual for the meaning of its columns; files are written here, or by MoorPy from PyPI.
+Source: MoorDyn's manual for the meaning of its columns; files written here, or by MoorPy from PyPI.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Files of MoorDyn, each part alone: what a body is, a table of waves around a buoy, a run, and the size of a file.
+"""MoorDyn files, each part alone: types of body, wave tables around a buoy, a run, and file sizes.
 
-Source: MoorDyn's manual, "Input Files", for what values mean; sums, levers and grids by hand; a stand-in for MoorDyn.
+Source: MoorDyn's manual, "Input Files", for the meaning of values; sums, levers and grids by hand; a stand-in MoorDyn.
 """
 
 import math

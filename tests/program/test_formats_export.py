@@ -1,6 +1,6 @@
-"""Every number of a scene stands in MoorDyn's input, in its unit, in the column where MoorDyn reads it.
+"""Every number of a scene is written to MoorDyn's input, in the unit and column MoorDyn expects.
 
-Source: MoorDyn's manual, "Input Files", for places, units and what coefficients refer to; sums by hand.
+Source: MoorDyn's manual, "Input Files", for positions, units and reference quantities of coefficients; sums by hand.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Files of other programs where keys are absent, numbers stand at limits or come in other ways, each part alone.
+"""Other programs' files with absent keys, limiting values or variant spellings, each part alone.
 
-Source: MoorDyn's manual, "Input Files", the ontology of FAModel and WISDEM's manual for what files mean; turns, spectra
-and frames by hand.
+Source: MoorDyn's manual, "Input Files", the ontology of FAModel and WISDEM's manual for the meaning of files;
+rotations, spectra and frames by hand.
 """
 
 import math

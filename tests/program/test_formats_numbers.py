@@ -1,7 +1,7 @@
-"""Every number of MoorDyn's, MoorPy's and RAFT's files stands in the scene, in its unit, and back.
+"""Every number of MoorDyn, MoorPy and RAFT files is converted to the scene, in its unit, and back.
 
 Source: MoorDyn's manual, "Input Files", versions 1 and 2, and MoorPy's `System.parseYAML` for the meaning of columns
-and keys; sums by hand. No two numbers of a file are equal, so that none can stand in the place of another.
+and keys; sums by hand. No two numbers of a file are equal, so that swapped numbers are detected.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Moorings of MAP++, WISDEM and FAModel: every number stands in the scene, and the rest is MoorPy's.
+"""Moorings of MAP++, WISDEM and FAModel: every number is converted to the scene; the rest is MoorPy's.
 
-Source: the manuals of MAP++ ("Input File") and WISDEM (mooring), the ontology of FAModel, for what files mean; sums and
-turns by hand; MoorPy, from PyPI, for tensions.  No two numbers of a file are equal.
+Source: the manuals of MAP++ ("Input File") and WISDEM (mooring), the ontology of FAModel, for the meaning of files;
+sums and rotations by hand; MoorPy from PyPI for tensions.  No two numbers of a file are equal.
 """
 
 import math

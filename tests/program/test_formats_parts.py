@@ -1,7 +1,7 @@
-"""Parts of MoorDyn's files alone: spectra, currents and tables beside the input, frames, masses and water of bodies.
+"""Parts of MoorDyn files alone: spectra, currents and accompanying tables; frames, masses and hydrodynamics of bodies.
 
-Source: MoorDyn's manual, "Input Files" and "Water Kinematics", for what files mean; spectra, turns, Archimedes and
-Steiner by hand.
+Source: MoorDyn's manual, "Input Files" and "Water Kinematics", for the meaning of files; spectra, rotations, Archimedes
+and Steiner by hand.
 """
 
 import math

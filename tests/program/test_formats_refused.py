@@ -1,5 +1,4 @@
-"""What MoorDyn's, MoorPy's and RAFT's files cannot mean is refused in one sentence that names the place and what is
-allowed; a comparison with MoorDyn compares forces at ends with forces at ends.
+"""Invalid MoorDyn, MoorPy and RAFT input is refused in one sentence; MoorDyn comparisons use end forces on both sides.
 
 Source: MoorDyn's manual, "Input Files": every column has a value, units are m, kg, s and N, ends are points; MoorDyn
 itself refuses a line that begins below the bed.

@@ -1,7 +1,7 @@
-"""Rods, bodies, vessels, failures and loads of MoorDyn's files, and where their columns are read by place.
+"""Rods, bodies, vessels, failures and loads in MoorDyn files, and tables whose columns are read by position.
 
-Source: MoorDyn's manual, "Input Files" and "Rods", for what files mean; Archimedes, levers and balances of forces by
-hand; MoorDyn itself, from PyPI, for places and tensions at rest.  No two numbers of a file are equal.
+Source: MoorDyn's manual, "Input Files" and "Rods", for the meaning of files; Archimedes, levers and balances of forces
+by hand; MoorDyn from PyPI for positions and tensions at rest.  No two numbers of a file are equal.
 """
 
 import math

@@ -1,7 +1,6 @@
-"""Rods and tables of MoorDyn at limits: what floats or is a bar, braces at the surface, lines that bend on what floats,
-and how fine rods, lines and waves are there.
+"""MoorDyn rods and tables at limits: floats, bars, braces at the surface, bending lines on floats, and discretisation.
 
-Source: MoorDyn's manual, "Rods" and "Input Files"; Archimedes, turns and grids by hand.
+Source: MoorDyn's manual, "Rods" and "Input Files"; Archimedes, rotations and grids by hand.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Waves, currents and the sea floor of files that MoorDyn's options name, beside what MoorDyn itself makes of them.
+"""Waves, currents and the sea floor from files named by MoorDyn's options, against MoorDyn's own kinematics.
 
-Source: MoorDyn from PyPI (the extra `test`), asked for the water at points and times; numbers by hand.
+Source: MoorDyn from PyPI (the extra `test`), queried at points and times; numbers by hand.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""A run that can write no more: one sentence, and everything that was computed until then.
+"""A run on a full disk: one message, and all results computed so far are kept.
 
-Source: limits of a process and a small disk, on which nothing more can be written.
+Source: resource limits of a process, and a small disk that is full.
 """
 
 import shutil

@@ -1,6 +1,6 @@
-"""What makes problems gives them back: PETSc's objects of every one, also where something is raised on the way.
+"""Problems release all their PETSc objects, also after an exception.
 
-Source: problems that were made and destroyed, counted.
+Source: counts of created and destroyed problems.
 """
 
 from functools import partial

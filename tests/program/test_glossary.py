@@ -1,6 +1,6 @@
-"""The glossary of dolfbuoy/README.md: every term once, and what it names stands in the program.
+"""The glossary of dolfbuoy/README.md: each term appears once, and everything it names exists in the program.
 
-Source: the keys of the scene language, the registry of quantities and the files of the tree.
+Source: the keys of the scene language, the registry of quantities and the files of the repository.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""What is called before an evaluation, and the coordinates that all forms on a mesh share.
+"""Hooks called before an evaluation, and the mesh coordinates shared by all forms.
 
 Source: integrals in closed form.
 """

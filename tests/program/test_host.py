@@ -1,6 +1,6 @@
-"""A host process that imports and uses dolfbuoy is left as it was: environment, modules, libraries.
+"""A host process that imports and uses dolfbuoy is left unchanged: environment, modules, libraries.
 
-Source: what the process finds before, and the text of a form of its own as it is compiled without dolfbuoy.
+Source: the state of the process before, and a form of its own, compiled to the same text as without dolfbuoy.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""A scene in words: what differs from its defaults.
+"""A scene in words: differences from its defaults.
 
 Source: the values of the scene, by hand.
 """

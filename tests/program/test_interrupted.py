@@ -1,6 +1,6 @@
-"""Ctrl-C at any moment ends in one word, and what is said to go on does.
+"""Ctrl-C at any moment ends with one message, and runs reported as resumable resume.
 
-Source: exit codes and sentences that README promises; the run that goes on.
+Source: exit codes and messages promised in README; the resumed run.
 """
 
 import signal

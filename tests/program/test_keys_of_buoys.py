@@ -1,7 +1,7 @@
-"""Every key of a buoy, the wind, a force, the start and of steps changes the number that it is there for.
+"""Every key of buoy, wind, force, start and steps changes the number it should.
 
 Source: Archimedes, rigid bodies (L = I omega, M r_tt = F), the definitions of the hull's coefficients (forms/hull.py),
-the wind's seventh-power profile, backward Euler's own factor of a decay.
+the seventh-power wind profile, backward Euler's decay factor.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Every key of a line, a material, a joint and an end changes the number that it is there for, by as much as it should.
+"""Every key of a line, material, joint or end changes the number it should, by the right amount.
 
-Source: global balances (what an end carries is what hangs and pushes on the line), Hooke's law, taut strings, paths of
-driven ends.  A key of a segment stands over the same key of its material.
+Source: global balances (an end carries the weight and loads of the line), Hooke's law, taut strings, paths of driven
+ends.  A key of a segment overrides the same key of its material.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Every key of an end that moves, a joint, a failure, a bed and of time changes the number that it is there for.
+"""Every key of a moving end, joint, failure, bed or time changes the number it should.
 
-Source: the paths that driven ends are given, global balances, taut strings with a point mass, Coulomb's law.
+Source: the prescribed paths of driven ends, global balances, taut strings with a point mass, Coulomb's law.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Every key of waves, and of the solver, changes the number that it is there for; and no key has been left out.
+"""Every key of waves and solver changes the number it should; and no key of the language is left untested.
 
-Source: Airy's wave at the place of the buoy, the dispersion relation, JONSWAP's definition, sums of components.
+Source: Airy's wave at the buoy, the dispersion relation, JONSWAP's definition, sums of components.
 """
 
 import importlib

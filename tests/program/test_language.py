@@ -1,6 +1,6 @@
-"""A scene can be written without reading the source: keys, schema, new scenes, and what editors are told.
+"""Scenes can be written without reading the source: keys, schema, new scenes, and editor support.
 
-Source: the shipped scenes, the list of keys, and the rules of JSON Schema applied by a validator of its own.
+Source: the shipped scenes, the list of keys, and the rules of JSON Schema in an independent validator.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""The order of the house: what may import what, read from the source.
+"""Layers of the package: permitted imports, checked in the source.
 
-Source: the source, read as a syntax tree; the order of layers is written by hand.
+Source: the source, parsed as a syntax tree; the order of layers is written by hand.
 """
 
 import ast

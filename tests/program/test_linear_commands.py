@@ -1,6 +1,6 @@
-"""`modes`, `stiffness` and `offsets`: what they print and write, from the command line, from Python, on several ranks.
+"""`modes`, `stiffness` and `offsets`: printed and written output, from the command line, Python and several ranks.
 
-Source: what README and the interface promise.
+Source: the promises of README and the interface.
 """
 
 import re

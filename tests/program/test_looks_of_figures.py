@@ -1,7 +1,7 @@
-"""How figures look besides their curves: where legends stand, room, sizes, views in space, pictures for files.
+"""Layout of figures: legends, margins, sizes, 3D views, pictures for files.
 
-Source: sizes and places as they were chosen on paper, where nothing lies on anything else; pixels of matplotlib's own
-savefig; the datasets by hand of test_numbers_shown and test_figures_read_back.
+Source: positions and sizes chosen on paper without overlaps; pixels of matplotlib's own savefig; the made-up datasets
+of test_numbers_shown and test_figures_read_back.
 """
 
 import base64

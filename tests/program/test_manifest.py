@@ -1,6 +1,6 @@
-"""The list of what is the program's in a folder, entry by entry, and what is decided by it.
+"""The manifest of the program's own files in a folder, entry by entry, and decisions based on it.
 
-Source: entries written down by hand; which files are there afterwards.
+Source: entries written by hand; the files present afterwards.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""Parts of models, each alone: the order of unknowns, what is structure, what is given over time, what is remembered.
+"""Parts of models, each alone: order of unknowns, structure, time-dependent data, histories.
 
 Source: the same orders and numbers by hand; analytic derivatives of splines.
 """

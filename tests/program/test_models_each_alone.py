@@ -1,4 +1,4 @@
-"""More parts of models, each alone: springs at ends, groups of lines, devices, winches, vessels, what is packed.
+"""More parts of models, each alone: springs at ends, groups of lines, devices, winches, vessels, packing.
 
 Source: the same numbers by hand.
 """

@@ -1,4 +1,4 @@
-"""Pictures of modes and hulls, each alone: how much shapes are enlarged, boxes, silhouettes, phases, files.
+"""Pictures of modes and hulls, each alone: magnification of shapes, boxes, silhouettes, phases, files.
 
 Source: shapes, rotations and boxes by hand.
 """

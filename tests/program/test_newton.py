@@ -1,6 +1,6 @@
-"""When Newton's method may stop, and what it says when it cannot go on.
+"""Newton's method: stopping criteria, and messages when it fails.
 
-Source: statements about failure, and closed forms of what converges.
+Source: statements about failure, and closed forms of converging iterations.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""Numbers of a scene change without anything being compiled or built again.
+"""Numbers of a scene change without recompiling or rebuilding anything.
 
-Source: the same scene from scratch.
+Source: the same scene built from scratch.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""Numbers in figures and tables of statistics, sweeps, responses and offsets: those of their datasets, with units.
+"""Numbers in figures and tables of statistics, sweeps, responses and offsets are those of their datasets, with units.
 
-Source: datasets made by hand whose numbers all differ, read back from curves, bars and the rows of tables.
+Source: made-up datasets of distinct numbers, read back from curves, bars and table rows.
 """
 
 import json

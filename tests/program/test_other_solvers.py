@@ -1,6 +1,6 @@
-"""Coefficients of WAMIT and Nemoh by the lines of the README of `formats`, run as they stand there.
+"""Coefficients of WAMIT and Nemoh, read with the example code in the README of `formats`.
 
-Source: a file of Capytaine's and what Capytaine writes of it as WAMIT's and as Nemoh's results; a hull of a few panels.
+Source: a Capytaine file and Capytaine's exports of it in the formats of WAMIT and Nemoh; a hull of a few panels.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""Pages of results as files: what is packed in them, what cannot get in, how large they are, and what is refused.
+"""Result pages as files: packed data, protection against injected content, sizes, and refusals.
 
-Source: the record that each page is made of, unpacked from the page again; the policy's hashes computed here.
+Source: the record each page is made from, unpacked from the page; the policy's hashes, computed here.
 """
 
 import base64

@@ -1,6 +1,6 @@
-"""Pages in a real browser: replay, scrubbing, keys, values, sizes, paper, no network, and nothing that gets in.
+"""Pages in a real browser: replay, scrubbing, keys, values, sizes, print, no network access, no injected content.
 
-Source: the record that a page is made of; the browser's own console, list of requests and pictures.
+Source: the record a page is made from; the browser's console, request list and screenshots.
 """
 
 import re

@@ -1,7 +1,7 @@
-"""Every number on a page, one by one: largest values, tables, curves, envelopes, spectra, the picture in space, modes.
+"""Every number on a page: largest values, tables, curves, envelopes, spectra, the 3D view, modes.
 
-Source: a made-up record whose quantities all differ, of which each number is worked out again here; the datasets of
-modes and of a sweep; numbers in the browser are those of the page's own data, checked before.
+Source: a made-up record of distinct quantities, with each number computed again here; the datasets of modes and of a
+sweep; numbers in the browser against the page's own data, checked before.
 """
 
 import html

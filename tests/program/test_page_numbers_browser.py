@@ -1,6 +1,6 @@
-"""Numbers that a page shows in a browser, one by one: legends, labels, charts, tables, and the picture between frames.
+"""Every number a page shows in a browser: legends, labels, charts, tables, and the picture between frames.
 
-Source: the same made-up record and datasets as of test_page_numbers; a motion that cubics follow exactly.
+Source: the made-up record and datasets of test_page_numbers; a motion that cubics interpolate exactly.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""Parts of pages, each alone at its limits: what moves in the picture in space, boxes, rows that fit, bars, settings.
+"""Parts of pages, each alone at its limits: moving objects in the 3D view, boxes, fitting rows, bars, settings.
 
-Source: places and numbers by hand; a made-up record with a vessel that moves.
+Source: positions and numbers by hand; a made-up record with a moving vessel.
 """
 
 import importlib

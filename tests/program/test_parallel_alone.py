@@ -1,6 +1,6 @@
-"""Parts of what several ranks and many cases need, each alone: claims, errors, progress, signals, ends.
+"""Support for several ranks and many cases, each part alone: claims, errors, progress, signals, termination.
 
-Source: the same numbers and words by hand; ranks, clocks and signals that are made up.
+Source: the same numbers and words by hand; made-up ranks, clocks and signals.
 """
 
 import copy

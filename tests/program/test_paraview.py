@@ -1,4 +1,4 @@
-"""ParaView files of a run: there, readable, and what is recorded is in the right place.
+"""ParaView files of a run: present, readable, and with all recorded data in the right place.
 
 Source: the record, solid geometry by the divergence theorem, the forms of the sea.
 """

@@ -1,6 +1,6 @@
-"""Lines that part, in record and pictures: two pieces from that moment on, with the gap where the line parted.
+"""Parted lines in record and pictures: two pieces from that moment on, with a gap at the break.
 
-Source: the rule of the scene, which says where and when; node numbers by hand.
+Source: time and place from the scene's rule; node numbers by hand.
 """
 
 import meshio

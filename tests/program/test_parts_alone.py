@@ -1,4 +1,4 @@
-"""Small parts of results, commands and scenes, each alone: what a slip in one of them would change.
+"""Small parts of results, commands and scenes, each alone, to detect slips.
 
 Source: the same numbers by hand; the words that a user reads.
 """

@@ -1,6 +1,6 @@
 """Parts of derivatives, designs, take-offs, pages and studies, each alone.
 
-Source: closed forms and rows made by hand; no run is made.
+Source: closed forms and made-up rows; nothing is run.
 """
 
 import importlib

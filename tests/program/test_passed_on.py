@@ -1,6 +1,6 @@
-"""What commands pass on to what computes: scenes with their changes, options and their defaults, folders.
+"""Arguments passed by commands to the code that computes: changed scenes, options and defaults, folders.
 
-Source: the same arguments by hand, of calls that end where the work would begin.
+Source: the same arguments by hand, in calls stopped before any work begins.
 """
 
 from pathlib import Path

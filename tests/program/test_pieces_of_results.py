@@ -1,6 +1,6 @@
-"""Pieces of results, each alone: boxes of vessels, largest tensions of pieces, places, values of a life, pictures.
+"""Parts of results, each alone: boxes of vessels, largest tensions of pieces, positions, fatigue lives, pictures.
 
-Source: the same numbers by hand; Gumbel's distribution in closed form.
+Source: the same numbers by hand; the Gumbel distribution in closed form.
 """
 
 import importlib

@@ -1,4 +1,4 @@
-"""The fast path against the plain one: the same trajectories.
+"""The fast path gives the same trajectories as a plain implementation.
 
 Source: a plain implementation with block assembly and UMFPACK (tests/support/plain.py).
 """

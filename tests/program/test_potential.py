@@ -1,4 +1,4 @@
-"""`dolfbuoy potential`: meshes of a hull, the command without Capytaine, and with it if it is installed.
+"""`dolfbuoy potential`: hull meshes, the command without Capytaine, and with it if installed.
 
 Source: areas and volumes of bodies of revolution; eigenfunction matching of a truncated cylinder (Yeung 1981); Hulme's
 hemisphere; the integrand of Green's function by mpmath.

@@ -1,4 +1,4 @@
-"""Coefficients of hulls, each part alone: meshes, Green's function of the bed, limits, and waves far from a hull.
+"""Hull coefficients, each part alone: meshes, the Green function with a bed, limits, and waves far from a hull.
 
 Source: circles, images in the bed, ring waves and integrals by hand; stand-ins for Capytaine.
 """

@@ -1,4 +1,4 @@
-"""An output is declared once: what follows from a declaration, shown with one that the program does not have.
+"""An output is declared once: consequences of a declaration, shown with an output the program does not have.
 
 Source: Newton's p = m v, by hand from the recorded momentum.
 """

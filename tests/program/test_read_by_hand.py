@@ -1,4 +1,4 @@
-"""Numbers that results are made of, each with a made-up scene or record whose numbers all differ.
+"""Intermediate numbers of results, each from a made-up scene or record of distinct numbers.
 
 Source: the same numbers by hand.
 """

@@ -1,6 +1,6 @@
-"""The README files: their scene and their Python run, their numbers are measured ones, and what they name exists.
+"""README files: their scene and Python example run, their numbers are measured, and the names in them exist.
 
-Source: the files, commands and keys that are there.
+Source: the existing files, commands and keys.
 """
 
 import re

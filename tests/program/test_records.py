@@ -1,6 +1,6 @@
-"""What a run leaves on disk, while it goes, after a kill, and for running it again; and how many iterations it took.
+"""Files of a run on disk: while running, after a kill, and for running it again; and iteration counts.
 
-Source: the file on disk, kills at any time.
+Source: the file on disk; kills at arbitrary times.
 """
 
 import json

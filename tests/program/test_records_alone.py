@@ -1,6 +1,6 @@
-"""Record and recorder, each alone on a few numbers: room that is claimed, rows, clocks, limits.
+"""Record and recorder, each alone on a few numbers: reserved space, rows, clocks, limits.
 
-Source: bytes, rows and seconds counted by hand; what lies on the disk, read by netCDF4.
+Source: bytes, rows and seconds counted by hand; file contents read with netCDF4.
 """
 
 import io

@@ -1,4 +1,4 @@
-"""The report of a run or a sweep: who signs, inputs, load cases, criteria, figures; one file that needs nothing.
+"""The report of a run or a sweep: signatures, inputs, load cases, criteria, figures; one self-contained file.
 
 Source: the record and the scene, read by hand.
 """

@@ -1,6 +1,6 @@
-"""Words and numbers of a report, each alone: what was loaded, how cases ended, what governs, the largest values.
+"""Words and numbers of a report, each alone: loads, outcomes of cases, the governing case, the largest values.
 
-Source: scenes, verdicts and datasets made by hand whose numbers all differ.
+Source: made-up scenes, verdicts and datasets of distinct numbers.
 """
 
 import re

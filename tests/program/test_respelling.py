@@ -1,4 +1,4 @@
-"""One scene, one answer: with single and with double brackets the same `check`, equilibrium and first steps.
+"""A scene gives the same `check`, equilibrium and first steps with single and with double brackets.
 
 Source: the same scene in the other spelling.
 """

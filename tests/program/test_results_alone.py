@@ -1,6 +1,6 @@
 """Small parts of results, each alone at its limits: bars, figures over time, rigid directions, ranks, sweeps, folders.
 
-Source: the same numbers by hand; communicators that are made up.
+Source: the same numbers by hand; made-up communicators.
 """
 
 import math

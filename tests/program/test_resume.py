@@ -1,6 +1,6 @@
-"""A run that was stopped and taken up again is the run that was not: every recorded number, to the last bit.
+"""A run that is stopped and resumed equals an uninterrupted run, in every recorded number to the last bit.
 
-Source: the run that was not stopped, bit for bit.
+Source: the uninterrupted run, bit for bit.
 """
 
 import itertools

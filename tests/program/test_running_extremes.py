@@ -1,6 +1,6 @@
-"""Running extremes of every element and node: those of all steps, however few frames there are, in one run or in two.
+"""Running extremes of every element and node cover all steps, for any number of frames, in one run or in two.
 
-Source: the unknowns of every step, and records of every step.
+Source: the unknowns at every step, and records of every step.
 """
 
 import itertools

@@ -1,6 +1,6 @@
-"""What a scene may say, and what it makes the program compile.
+"""Admissible scenes, and the code compiled for them.
 
-Source: a list of what is allowed and what is not; coefficients counted in the compiled forms.
+Source: a list of valid and invalid input; coefficients counted in the compiled forms.
 """
 
 import copy

@@ -1,6 +1,6 @@
-"""Files that a scene names, each reader alone: what is in another file is refused, text and units are read as written.
+"""Readers of files named in a scene, each alone: wrong files are refused, text and units are read as written.
 
-Source: the files as they are written here, by h5py, netCDF4 and as text; Hermitian matrices by numpy.
+Source: files written here with h5py, netCDF4 and as text; Hermitian matrices with numpy.
 """
 
 import h5py

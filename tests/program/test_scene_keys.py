@@ -1,6 +1,6 @@
-"""The table of the scene language says what the models do.
+"""The table of the scene language agrees with the models.
 
-Source: the sections of scenes as they are declared.
+Source: the declared sections of scenes.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""What a scene may say at its very limits: the last value that is taken, and the first one beyond it.
+"""Limits of scene values: the last admissible value and the first inadmissible one.
 
-Source: the limits as README and the descriptions of keys give them, by hand; no scene is run.
+Source: the limits stated in README and the descriptions of keys, by hand; no scene is run.
 """
 
 import math

@@ -1,7 +1,6 @@
-"""What few scenes meet: vectors among parameters, buoys under water, seas far from the origin, hairpins, no tables,
-limits that are met exactly.
+"""Rare cases: vectors among parameters, submerged buoys, seas far from the origin, hairpins, limits met exactly.
 
-Source: the numbers by hand, and what is said of them.
+Source: the numbers by hand, and the messages about them.
 """
 
 import importlib

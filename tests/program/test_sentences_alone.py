@@ -1,4 +1,4 @@
-"""Sentences and numbers of summaries, statistics and criteria, each alone where it begins.
+"""Sentences and numbers of summaries, statistics and criteria, each alone at its threshold.
 
 Source: limits, folds, sets of runs and probabilities by hand.
 """

@@ -1,4 +1,4 @@
-"""Hulls, their disks and points, nodes and energies of lines, and the least that a scene must have; each alone.
+"""Hulls, their disks and points, nodes and energies of lines, and minimal scenes; each alone.
 
 Source: frusta and moments by hand, quadrature over disks.
 """

@@ -1,6 +1,6 @@
-"""What is shown is what is recorded: curves of figures and pictures of an instant, with their units.
+"""Displays show recorded data: curves of figures and pictures of an instant, with their units.
 
-Source: a made-up record whose quantities all differ, read back from the figures.
+Source: a made-up record of distinct quantities, read back from the figures.
 """
 
 import itertools

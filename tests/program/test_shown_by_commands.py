@@ -1,6 +1,6 @@
-"""What commands do with what was computed: files they write, what they show of it, and where they warn.
+"""Results as handled by commands: files written, output shown, and warnings.
 
-Source: results that are made up, and the same numbers and files by hand.
+Source: made-up results, and the same numbers and files by hand.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""Kernels for several cells at once: the same numbers with every set of instructions, and none that a processor lacks.
+"""Kernels for several cells at once: equal numbers with every instruction set, and no unsupported instructions.
 
-Source: the kernels of FFCx for one cell, as dolfinx's assemblers call them.
+Source: FFCx's kernels for one cell, as dolfinx's assemblers call them.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""Typical sizes of unknowns and rows, by which Newton's method measures what is left; each model alone.
+"""Typical sizes of unknowns and rows, the scales of Newton's residual; each model alone.
 
-Source: the same sizes by hand, for numbers that all differ; no equation is made.
+Source: the same sizes by hand, for distinct numbers; no equation is built.
 """
 
 import math

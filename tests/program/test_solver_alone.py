@@ -1,6 +1,6 @@
-"""Parts of the solver, each alone: sizes of unknowns, numbers, ties, what Newton's method does next, shifts of modes.
+"""Parts of the solver, each alone: sizes of unknowns, numbering, ties, decisions of Newton's method, shifts of modes.
 
-Source: the same numbers by hand; made-up solvers that end as they are told to.
+Source: the same numbers by hand; made-up solvers with prescribed outcomes.
 """
 
 import logging

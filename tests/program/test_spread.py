@@ -1,4 +1,4 @@
-"""Many cases over ranks, and one scene over ranks: who works, what is said, and that an error ends all ranks.
+"""Many cases over ranks, and one scene over ranks: distribution of work, messages, and errors that end all ranks.
 
 Source: a serial loop over the same cases.
 """

@@ -1,4 +1,4 @@
-"""Sentences of a summary about buoys that lean, capsize or are under water.
+"""Summary messages about buoys that lean, capsize or are under water.
 
 Source: made-up series, and an equilibrium on a short line.
 """

@@ -1,6 +1,6 @@
-"""Size of the steps: the controls by themselves, without anything that is integrated, and adaptive runs.
+"""Step size control: controllers alone, without integration, and adaptive runs.
 
-Source: model errors that are known as functions of the step; a much finer run.
+Source: model errors given as functions of the step; a much finer run.
 """
 
 import numpy as np

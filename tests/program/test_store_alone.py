@@ -1,6 +1,6 @@
-"""The store of results: several files of it, what stands in them and what does not, and whose they are.
+"""The store of results: several files, their contents, and their owners.
 
-Source: lines that are written and read, counted by hand.
+Source: lines written and read, counted by hand.
 """
 
 import os

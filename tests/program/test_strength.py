@@ -1,4 +1,4 @@
-"""Tension over breaking load: of each segment that has one, at every step, in record, summary, sweep and check.
+"""Tension over breaking load: for each segment that has one, at every step, in record, summary, sweep and check.
 
 Source: the recorded tensions; a record on one rank.
 """

@@ -1,6 +1,6 @@
-"""What is told is what is recorded: numbers and warnings of summaries, angles, units, and tables on the terminal.
+"""Printed output agrees with the record: numbers and warnings of summaries, angles, units, and terminal tables.
 
-Source: a made-up record whose quantities all differ, rotations of scipy, the rows of the tables.
+Source: a made-up record of distinct quantities, rotations with scipy, the rows of the tables.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""How libraries are started, files written and ways named in which a run ends badly, each alone.
+"""Starting libraries, writing files and naming the ways a run can fail, each alone.
 
-Source: the state of the process and of the folder before; the words that README promises.
+Source: the state of process and folder before; the wording promised in README.
 """
 
 import errno

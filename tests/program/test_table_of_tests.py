@@ -1,4 +1,4 @@
-"""The table of tests/README.md is that of the tests as they are.
+"""The table of tests/README.md is up to date with the test files.
 
 Source: the docstrings of the files.
 """

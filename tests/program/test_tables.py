@@ -1,6 +1,6 @@
-"""Tables on a terminal, in a pipe and in a file: only a terminal has a width.
+"""Tables on a terminal, in a pipe and in a file: only a terminal limits the width.
 
-Source: the rows that are given, read again from the text.
+Source: the given rows, read back from the text.
 """
 
 import io

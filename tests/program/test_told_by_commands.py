@@ -1,6 +1,6 @@
-"""Tables and sentences of commands that compute: derivatives, scatter, designs, fits, modes, stiffness, sweeps.
+"""Tables and messages of computing commands: derivatives, scatter, designs, fits, modes, stiffness, sweeps.
 
-Source: datasets made by hand whose numbers all differ, in the place of what the commands compute.
+Source: made-up datasets of distinct numbers in place of computed ones.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""The tutorial does what it says: every cell runs, and prints what stands below it.
+"""Every cell of the tutorial runs, and prints the output shown below it.
 
-Source: the notebook itself, dolfbuoy/scenes/tutorial.ipynb, whose numbers were printed by an earlier run.
+Source: the notebook itself, dolfbuoy/scenes/tutorial.ipynb, with the output of an earlier run.
 """
 
 import contextlib

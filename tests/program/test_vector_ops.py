@@ -1,6 +1,6 @@
-"""What a time step does with arrays in C is what NumPy does, to the last bit.
+"""Array operations of a time step in C agree with NumPy to the last bit.
 
-Source: the same in NumPy.
+Source: the same operations in NumPy.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Where outputs stand: in which tables and figures, at which nodes, of which bodies; sentences about anchors; folders.
+"""Location of outputs: tables and figures, nodes, bodies; messages about anchors; folders.
 
-Source: lists by hand of what a user sees; the words that are read; places, weights and limits by hand.
+Source: lists by hand of visible output; the exact wording; positions, weights and limits by hand.
 """
 
 import itertools

@@ -1,6 +1,6 @@
-"""Where pip has installed the program and the system brings no dolfinx: each command works, or says what is missing.
+"""Installed by pip on a system without dolfinx: each command works, or reports what is missing.
 
-Source: packages hidden one by one; exit codes and sentences.
+Source: packages hidden one by one; exit codes and messages.
 """
 
 import json

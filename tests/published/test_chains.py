@@ -1,6 +1,6 @@
-"""Chains on a rubbing bed whose tops heave, against another program's table: peaks, and the whole period.
+"""Chains with heaving tops on a bed with friction, against another program's table: peaks, and the whole period.
 
-Source: MoorDyn's test data (quasi-static moorings, there said to be validated against OrcaFlex); tests/reference.
+Source: MoorDyn's test data (quasi-static moorings, reported there as validated against OrcaFlex); tests/reference.
 """
 
 import csv
@@ -23,7 +23,7 @@ STATED = {"stiffness": 1e6, "stick_length": 0.05}
 
 @functools.cache
 def run(name, stated=True):
-    """Record of a case with the bed that the reference states, or with the default one."""
+    """Record of a case with the reference's bed, or with the default bed."""
     case = CASES[name]["input"]
     keys = ("line_density", "diameter", "axial_stiffness", "added_mass", "normal_drag", "tangential_drag")
     cable = {key: float(case[key]) for key in keys} | {"length": float(case["L"]), "elements": 80}
@@ -47,7 +47,7 @@ def extremes(found):
 @pytest.mark.parametrize("stated", [True, False], ids=["stated bed", "default bed"])
 @pytest.mark.parametrize("name", CASES)
 def test_extremes(name, stated):
-    """Within the acceptance of the case at its settings; the default bed, printed beside, is as near."""
+    """Within the acceptance of the case at its settings; the default bed, printed alongside, is as close."""
     found, accepted = extremes(run(name, stated)), CASES[name]["acceptance"]
     table = CASES[name]["values"]["tabulated_kN"]
     print(name, "stated" if stated else "default", {key: f"{x:.1f} ({table[key]:.1f})" for key, x in found.items()})
@@ -58,7 +58,7 @@ def test_extremes(name, stated):
 
 
 def rows_of(file, name):
-    """[{column: number}] of a case in a file of the references."""
+    """[{column: number}] of a case in a reference file."""
     with open(REFERENCE / file, newline="") as stream:
         found = [row for row in csv.DictReader(stream) if row["case"] == name]
     return [{key: float(value) for key, value in row.items() if key != "case"} for row in found]
@@ -72,7 +72,7 @@ def last_period(name, stated, t):
 
 @pytest.mark.parametrize("name", ["chain_wd0050_heave2", "chain_wd0200_heave5"])
 def test_the_whole_period(name):
-    """Root mean square of the difference over the table's range."""
+    """Root mean square difference over the table's range."""
     t, top = np.array([(row["t"], row["top"]) for row in rows_of("chains.csv", name)]).T
     assert len(t) == 20
     rms = [100 * float(np.sqrt(np.mean((last_period(name, x, t) - top) ** 2))) / np.ptp(top) for x in (True, False)]
@@ -144,7 +144,7 @@ def test_landing_elements_do_not_ring():
 
 
 def test_chain_on_bed():
-    """The shipped scene: no failed step, at rest as the closed form says, and the peak is not the bed's."""
+    """The shipped scene: no failed step, the closed form at rest, and a peak that is not due to the bed."""
     values = BEDS["bed_chain100_frictionless"]["values"]
     found = alone.simulate("chain-on-bed")
     assert found.attrs["failed_steps"] == 0

@@ -1,7 +1,7 @@
-"""Mean drift of a hull by the momentum of its far field, and Newman's approximation of slow drift in a sea.
+"""Mean drift force of a hull from far-field momentum, and Newman's approximation of slow drift in a sea.
 
-Source: scattering by a vertical cylinder in closed form and ray theory, the balance of energy of a free body,
-Capytaine's own far field (optional); double sums over pairs of waves; an oscillator under Newman's force, its spectrum.
+Source: scattering by a vertical cylinder in closed form and ray theory; the energy balance of a free body; Capytaine's
+own far field (optional); double sums over pairs of waves; an oscillator under Newman's force, and its spectrum.
 """
 
 import math
@@ -41,7 +41,7 @@ def low_frequency_mass(scene):
 
 
 def measured(period, amplitude=5e-3, **changes):
-    """Mean force over amplitude squared that lets a free cylinder go away in a regular wave, and its Drift."""
+    """Mean force over squared amplitude that lets a free cylinder drift in a regular wave, and its Drift."""
     waves = {"amplitude": amplitude, "period": period, "ramp": 4 * period}
     scene = load_scene(merged(merged(CYLINDER, waves=waves, **changes), time__end=24 * period, time__step=period / 80))
     run, w = simulate(scene), 2 * np.pi / period
@@ -54,7 +54,7 @@ def measured(period, amplitude=5e-3, **changes):
 
 @pytest.mark.parametrize("period", [2.6, *(pytest.param(T, marks=pytest.mark.slow) for T in (1.6, 2.2, 3.0, 4.0))])
 def test_a_free_cylinder_goes_away_with_the_force_of_the_far_field(period):
-    """Within 1.5 % of what strips alone would make of it, which is up to a hundred times as much."""
+    """Within 1.5 % of it, or of the force of the strips where that is larger (up to a hundred times)."""
     force, drift = measured(period, amplitude=0.02 if period > 3.5 else 5e-3)
     assert force == pytest.approx(drift.whole[0], abs=0.015 * max(drift.whole[0], drift.strips[0]))
 
@@ -62,7 +62,7 @@ def test_a_free_cylinder_goes_away_with_the_force_of_the_far_field(period):
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [{}, {"waves__stretching": "none"}, {"buoy__disk_averages": True}])
 def test_force_of_strips(changes):
-    """Without the key: as computed from first-order motions, five times what it should be near resonance."""
+    """Without the key: as from first-order motions, five times too large near resonance."""
     force, drift = measured(2.6, buoy__drift=None, **changes)
     assert force == pytest.approx(drift.strips[0], rel=0.01)
     assert force > 4 * drift.whole[0]
@@ -101,7 +101,7 @@ def test_force_in_a_sea_of_several_directions():
 
 
 def test_one_wave_in_any_direction():
-    """The force of a single wave is along it and the mean one."""
+    """The force of a single wave is the mean force, along the wave."""
     scene = load_scene(merged(CYLINDER, waves={"amplitude": 0.1, "period": 2.4}))
     drift, angle = of_components(scene, scene.buoys[0]), np.array([0.7])
     pairs = transfer(drift, np.cos(angle), np.sin(angle))[0]
@@ -110,7 +110,7 @@ def test_one_wave_in_any_direction():
 
 
 def test_record_has_the_force():
-    """D of the far field times the square of the amplitude along the wave, once that is whole; still water has none."""
+    """D of the far field times the squared amplitude, along the wave, after the ramp; zero in still water."""
     waves = {"amplitude": 0.1, "period": 2.4, "ramp": 0.3, "direction_deg": 30.0}
     scene = load_scene(merged(CYLINDER, waves=waves, time__end=0.5))
     record, way = simulate(scene), np.array([math.cos(math.pi / 6), 0.5, 0.0])
@@ -161,7 +161,7 @@ def slowly(x):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_slow_drift_of_a_soft_mooring(seed):
-    """An oscillator of one mass under the double sum with D of the far field goes the same way: 15 % rms, 6 % std."""
+    """An oscillator of the same mass under the double sum with the far-field D agrees: 15 % rms, 6 % std."""
     scene = load_scene(merged(MOORED, waves__seed=seed))
     run, waves = simulate(scene), AirySum.of(scene)
     t = np.arange(0.0, 620.0, STEP)
@@ -251,7 +251,7 @@ def test_drift_of_a_held_cylinder():
 @pytest.mark.slow
 @pytest.mark.parametrize("depth", [3.0, np.inf])
 def test_momentum_and_energy_of_a_free_body(depth):
-    """Nothing takes energy: the waves that go away carry that of the wave, and D = int (1 - cos theta) of their own."""
+    """Without dissipation outgoing and incident energy agree, and D = int (1 - cos theta) of the outgoing waves."""
     from dolfbuoy.formats import capytaine
 
     omega = [1.6, 2.3, 3.2]
@@ -282,7 +282,7 @@ def test_momentum_and_energy_of_a_free_body(depth):
 
 @pytest.mark.slow
 def test_far_field_of_capytaine():
-    """By sources on panels, and by potential and velocity of the hull: within 6 %, by panels, lid on."""
+    """From sources on panels, and from potential and velocity on the hull: within 6 %, with panels and lid."""
     cpt = pytest.importorskip("capytaine", reason="Capytaine is optional: pip install 'dolfbuoy[potential]'")
     from capytaine.post_pro.kochin import compute_kochin
 

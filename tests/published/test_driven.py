@@ -1,4 +1,4 @@
-"""A short cable driven at its top and always taut, against two independent programs converged under refinement.
+"""A short, always taut cable driven at its top, against two independent programs converged under refinement.
 
 Source: two independent programs converged under refinement (tests/reference).
 """
@@ -57,7 +57,7 @@ def test_top_tension_in_short():
 
 @pytest.mark.slow
 def test_convergence_in_mesh_and_step():
-    """Order 2 in the mesh for degree 1, order 1 in the step, and the published extremes in the limit."""
+    """Order 2 in the mesh for degree 1, order 1 in the step, and the published extremes as limits."""
     steps = (0.01, 0.005, 0.0025)
     table = {
         (N, mu): np.array([extremes(N, mu, h, end=25.0, periods=1) for h in steps])

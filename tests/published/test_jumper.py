@@ -77,7 +77,7 @@ def test_fixed_ends_in_waves():
 
 @pytest.mark.slow
 def test_refined_jumper_stays_with_the_measurement():
-    """Backward Euler at a quarter of the step changes little: its damping is not what agrees."""
+    """Backward Euler at a quarter of the step changes little: the agreement is not due to its damping."""
     error, _ = difference(alone.simulate(TOP_MOVES, time__step=0.025), 1, start=10.0)
     assert rms(error) < 0.5
     error, _ = difference(alone.simulate(IN_WAVES, time__step=0.0125), 4, start=10.0, shift=10.0)

@@ -1,7 +1,7 @@
-"""Lines that are driven in still water against MoorDyn: peaks and troughs of the top tensions of three legs, and the
-tension of a cable that bends.
+"""Driven lines in still water against MoorDyn: extreme top tensions of three legs, and a cable that bends.
 
-Source: MoorDyn from PyPI (the extra `test`; skipped without it), lumped masses and explicit steps; both refined.
+Source: MoorDyn from PyPI (the extra `test`; skipped without it), lumped masses and explicit steps; both programs
+refined.
 """
 
 import math
@@ -26,7 +26,7 @@ HUB = [0.0, 0.0, -5.0]
 
 
 class Case(NamedTuple):
-    """Motion of the hub about its place, and the coefficient of drag across the legs."""
+    """Motion of the hub about its mean position, and the normal drag coefficient of the legs."""
 
     amplitude: tuple[float, float, float]
     period: float
@@ -34,7 +34,7 @@ class Case(NamedTuple):
 
     @property
     def top(self):
-        """Keys of the end that moves so."""
+        """Keys of the end with this motion."""
         return {"position": HUB, "amplitude": self.amplitude, "period": self.period, "ramp": 6.0}
 
 
@@ -45,13 +45,13 @@ CASES = {
 
 
 def extremes(case, t, tension):
-    """Of every leg over the last two periods [N], an array (peak or trough, leg)."""
+    """Extremes of each leg over the last two periods [N], an array (peak or trough, leg)."""
     last = tension[t > END - 2 * case.period]
     return np.array([last.max(axis=0), last.min(axis=0)])
 
 
 def ours(case, elements, step):
-    """Extremes by P2-P1 and BDF2; the legs stay taut, for MoorDyn's carry no compression."""
+    """Extremes with P2-P1 and BDF2; the legs stay taut, since MoorDyn's carry no compression."""
     water = {"added_mass": ADDED_MASS, "normal_drag": case.normal_drag, "tangential_drag": TANGENTIAL_DRAG}
     size = {"length": LENGTH, "elements": elements, "position_degree": 2, "tension_degree": 1}
     legs = [ROPE | water | size | {"name": f"leg{i}", "from": foot, "to": "hub"} for i, foot in enumerate(FEET)]
@@ -89,7 +89,7 @@ def table(name, columns, *rows):
 
 
 def theirs(moordyn, path, case, segments, step):
-    """Extremes; of the last two nodes, carried on to the end, for its own lack half a segment's weight."""
+    """Extremes, extrapolated from the last two nodes: MoorDyn's own end force lacks half a segment's weight."""
     write(path, case, segments, step)
     t = np.arange(round(END / step) + 1) * step
     top = Top(kind="prescribed", **case.top)
@@ -130,7 +130,7 @@ def test_three_legs(case, tmp_path):
 
 @pytest.mark.slow
 def test_a_driven_cable_that_bends():
-    """`driven` with EI = 1 kN m^2, pinned: the top tension over two periods, and what EI takes off its peak."""
+    """`driven` with EI = 1 kN m^2, pinned: top tension over two periods, and the reduction of its peak by EI."""
     pytest.importorskip("moordyn")
     peaks, series = [], None
     for EI in (0.0, 1e3):

@@ -1,4 +1,4 @@
-"""A vessel's series through this program and through MoorDyn: the same places at the same instants, tensions compared.
+"""One vessel motion series in this program and in MoorDyn: equal positions at equal times, tensions compared.
 
 Source: MoorDyn from PyPI (the extra `test`; skipped without it), lumped masses and explicit steps.
 """
@@ -21,7 +21,7 @@ WAVES = ((0.35, 6.0, 0.0), (0.2, 4.4, 1.3), (0.12, 3.1, 2.1))  # sizes [m], peri
 
 
 def six(t):
-    """x, y, z [m], roll, pitch, yaw [deg] of a vessel in a sea of three waves."""
+    """x, y, z [m], roll, pitch, yaw [deg] of a vessel in three waves."""
     swing = [sum(a * math.sin(2 * math.pi * t / T + e + k) for a, T, e in WAVES) for k in range(6)]
     return [0.8 * swing[0], 0.3 * swing[1], swing[2], 2.0 * swing[3], 3.0 * swing[4], 1.0 * swing[5]]
 
@@ -48,7 +48,7 @@ SCENE = {
 
 
 def judge(t, ours, theirs):
-    """Rms of the difference, and of the extremes, after the ramp, as parts of the range of each line."""
+    """Rms differences of the series and of the extremes after the ramp, relative to the range of each line."""
     late = t > RAMP
     a, b = ours[late], theirs[late]
     size = np.ptp(a, axis=0)
@@ -58,7 +58,7 @@ def judge(t, ours, theirs):
 
 @pytest.mark.slow
 def test_a_vessel_moves_both():
-    """Rows of [[vessel]] here; there MoorDyn's points, moved along the same spline: within 0.3 % of the range."""
+    """[[vessel]] rows here, MoorDyn's points moved along the same spline: within 0.3 % of the range."""
     pytest.importorskip("moordyn")
     scene = load_scene(SCENE)
     record = alone.simulate(scene)
@@ -75,7 +75,7 @@ def test_a_vessel_moves_both():
 
 @pytest.mark.slow
 def test_a_caller_drives_both(tmp_path):
-    """Ends that a caller moves step by step, by numbers, in a Session and in MoorDyn."""
+    """Ends moved step by step by a caller, in a Session and in MoorDyn."""
     moordyn = pytest.importorskip("moordyn")
     scene, step = load_scene(SCENE), 0.02
     tops = [scene.network.pieces[k].ends[1].top for k in (0, 1)]

@@ -1,6 +1,6 @@
 """Twenty random moorings in still water against MoorPy: tensions and positions, half of them with chain on the bed.
 
-Source: MoorPy from PyPI (the extra `test`; skipped without it), quasi-static catenaries solved one inside another.
+Source: MoorPy from PyPI (the extra `test`; skipped without it), quasi-static catenaries in nested solves.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ DEPTH, RHO, G = 100.0, 1025.0, 9.81
 
 
 def mooring(seed, on_bed):
-    """Two to five legs of one to three pieces with clumps and floats between, tied to a hub that floats or is held."""
+    """Two to five legs of one to three pieces with clumps and floats between, tied to a free or fixed hub."""
     random = np.random.default_rng(seed)
     hub_load = (*random.normal(size=2) * 2e4, random.uniform(1, 3) * 2e5) if on_bed else (0.0, 0.0, 2e5)
     joints, pieces = [Joint((0.0, 0.0, -10.0), free=seed % 3 > 0, load=hub_load)], []
@@ -39,7 +39,7 @@ def mooring(seed, on_bed):
 
 
 def by_moorpy(moorpy, network, start):
-    """Positions of joints and tensions at the ends of pieces.
+    """Positions of joints and end tensions of pieces.
 
     `start`: where MoorPy's own Newton begins; from farther away it does not find all of these.
     """

@@ -47,7 +47,7 @@ def test_response(name):
 
 
 def test_coefficients_of_a_file():
-    """A disc's file: with its mass and stiffness it gives the response of the finer mesh, to the panels' 1 %."""
+    """A disc's file: with its mass and stiffness the response agrees with the finer mesh, to the panels' 1 %."""
     case = HULL["rao_capytaine_disc"]
     mass, radius = case["input"]["mass"], 1.5
     stiffness = RHO * 9.81 * math.pi * radius**2
@@ -86,7 +86,7 @@ def test_files_that_do_not_serve(change, said, tmp_path):
 
 
 def test_force_in_two_parts_and_names_with_the_body(tmp_path):
-    """Files with Froude-Krylov and diffraction force, and with the dofs of a body among several."""
+    """Files with Froude-Krylov and diffraction forces, and with the dofs of one body of several."""
     whole = read_capytaine(REFERENCE / "disc.nc")
     with xr.open_dataset(REFERENCE / "disc.nc") as data:
         parts = data.load().rename(excitation_force="Froude_Krylov_force")
@@ -101,7 +101,7 @@ def test_force_in_two_parts_and_names_with_the_body(tmp_path):
 
 
 def test_numbers_of_another_file_are_not_read(tmp_path):
-    """A link of HDF5 leads out of a stranger's file."""
+    """An HDF5 link in an untrusted file to another file."""
     with xr.open_dataset(REFERENCE / "disc.nc") as data:
         data.load().to_netcdf(tmp_path / "whole.nc", engine="netcdf4")
     shutil.copy(tmp_path / "whole.nc", tmp_path / "linked.nc")

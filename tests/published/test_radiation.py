@@ -1,8 +1,8 @@
-"""Radiation and diffraction with memory: coefficients, decays and responses of a cylinder and of two spheres.
+"""Radiation and diffraction with memory: coefficients, decays and responses of a cylinder and two spheres.
 
 Source: eigenfunction matching of a truncated cylinder (Yeung 1981) and its RAO; the half-submerged sphere (added mass
-at infinite frequency half the displaced mass; Hulme 1982); Haskind, Kramers and Kronig, Archimedes; the OES Task 10
-sphere by WAMIT's coefficients; the measured sphere of Kramer et al. 2021 (tests/reference).
+at infinite frequency half the displaced mass; Hulme 1982); Haskind, Kramers-Kronig and Archimedes; the OES Task 10
+sphere with WAMIT's coefficients; the measured sphere of Kramer et al. 2021 (tests/reference).
 """
 
 import math
@@ -119,7 +119,7 @@ def test_identities(name):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_undisturbed_wave(name):
-    """The force of the undisturbed wave on the axis is the panels', in size, sign and phase."""
+    """The force of the undisturbed wave on the axis equals the panels', in magnitude, sign and phase."""
     scene = scene_of(name)
     c, buoy = coefficients(name), scene.buoys[0]
     own = froude_krylov(scene, buoy, draft_of(scene, buoy), wavenumbers(scene, c.omega))
@@ -151,14 +151,14 @@ def test_response_of_the_sphere():
 
 
 def test_decay_of_the_sphere():
-    """Extremes within the 0.003 m of the reference, of a metre; today's strips are 5 % off."""
+    """Extremes within the 0.003 m of the reference, for a release from 1 m; the present strips are 5 % off."""
     t, z = measured.released(scene_of("sphere", in_steps(0.04, 18.0)), 1.0)
     exact = np.array(OES["extremes_t_z"])
     assert CubicSpline(t, z)(exact[:, 0]) == pytest.approx(exact[:, 1], abs=0.003)
 
 
 def exact_decay(t):
-    """Heave of the cylinder, from rest at 1 m, by its Fourier integral: no states.
+    """Heave of the cylinder released from rest at 1 m, by its Fourier integral, without a state-space model.
 
     (M + A_inf) z_tt + int K z_t ds + C z = 0 with the transform of K on a fine grid.
     """

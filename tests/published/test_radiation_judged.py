@@ -1,7 +1,7 @@
-"""What `check`, `modes` and a record say of a hull that makes waves; a measured decay.
+"""Warnings of `check`, `modes` and a record about radiating hulls, and a measured decay.
 
-Source: the period and the decay of the OES Task 10 sphere (tests/reference/hull.json); numbers that are made wrong on
-purpose; Kramer et al. 2021, Energies 14(2):269, a free heave decay measured from three heights.
+Source: period and decay of the OES Task 10 sphere (tests/reference/hull.json); deliberately wrong numbers; Kramer et
+al. 2021, Energies 14(2):269, a free heave decay measured from three heights.
 """
 
 import math

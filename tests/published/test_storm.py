@@ -1,6 +1,6 @@
-"""A navigation buoy on a chain that comes taut with a jerk in a storm: loads that do not depend on steps and elements.
+"""Snap loads of a navigation buoy on a chain in a storm, independent of steps and elements.
 
-Source: the same scene with finer steps and elements; the elastic wave of a snap.
+Source: the same scene with finer steps and elements; the elastic wave of a snap load.
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ STORM = {
 
 
 def largest(scene, **changes):
-    """Largest tensions at the anchor and at the top [kN], and the steps of the run over those asked for."""
+    """Largest tensions at anchor and top [kN], and the number of steps over that requested."""
     found = simulate(scene, **changes)
     time = load_scene(scene, **changes).time
     loads = np.linalg.norm(found.anchor_force, axis=-1).max(), found.tension_top.values.max()
@@ -89,7 +89,7 @@ SHAKEN = {
 
 @pytest.mark.parametrize(("scheme", "within"), [("bdf2", 0.05), ("backward-euler", 0.15)])
 def test_steps_are_small_enough_for_a_wave(scheme, within, monkeypatch):
-    """Whatever step is asked for, where the tension jumps; without smaller ones the wave is not seen."""
+    """For any requested step, where the tension jumps; larger steps would miss the elastic wave."""
     (fine, _), _ = largest(SHAKEN, time__step=0.00025, time__scheme=scheme)
     (found, _), more = largest(SHAKEN, time__scheme=scheme)
     assert found == pytest.approx(fine, rel=within)

@@ -1,7 +1,7 @@
-"""Bad and odd inputs: each ends in one sentence that names the key, with exit code 2, before anything is built.
+"""Invalid and unusual inputs each end with one message naming the key, and exit code 2, before anything is built.
 
-Source: a list of inputs and of what must be said (bad_input.toml); the sentences as they were recorded, which
-`RECORD=1 pytest tests/robustness/test_bad_input.py` does anew.
+Source: a list of inputs and required messages (bad_input.toml); the messages as recorded, which `RECORD=1 pytest
+tests/robustness/test_bad_input.py` renews.
 """
 
 import os

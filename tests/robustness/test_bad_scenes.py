@@ -1,7 +1,6 @@
-"""Wrong, odd and extreme scenes, drawn by number: each is a scene, or ends in one sentence, without a traceback or a
-wait.
+"""Random wrong, odd and extreme scenes are each accepted, or refused in one message, without traceback or delay.
 
-Source: what is promised of any input; at most one in a hundred may break it.
+Source: what is promised for any input; at most one in a hundred may break it.
 """
 
 import signal

@@ -1,6 +1,6 @@
-"""Compiling side by side: other cores help where something is missing, nobody waits without a word.
+"""Parallel compilation: other cores help with missing forms, and waiting is always announced.
 
-Source: numbers of processes, files and clocks of this machine.
+Source: process counts, files and clocks of this machine.
 """
 
 import logging

@@ -1,6 +1,6 @@
-"""A record, a checkpoint, a manifest of a stranger: no file elsewhere is read for it; it is refused in one sentence.
+"""Untrusted records, checkpoints and manifests: no other file is read, and bad ones are refused in one sentence.
 
-Source: records whose scene, numbers or bytes were changed.
+Source: records with altered scene, numbers or bytes.
 """
 
 import json

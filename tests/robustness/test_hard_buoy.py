@@ -1,6 +1,6 @@
-"""Hard scenes of a buoy.
+"""Difficult scenes of a buoy.
 
-Source: Archimedes, Euler's equations, growth rates worked out by hand.
+Source: Archimedes, Euler's equations, growth rates by hand.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Hard equilibria of a cable.
+"""Difficult equilibria of a cable.
 
 Source: closed forms and quadrature, none of them from the program.
 """

@@ -1,4 +1,4 @@
-"""Hard motions of a cable.
+"""Difficult motions of a cable.
 
 Source: rigid rods, falling chains, catenaries, other programs.
 """

@@ -1,6 +1,6 @@
-"""Hard networks.
+"""Difficult networks.
 
-Source: catenaries joined without any element (`statics.network`), weights, symmetry.
+Source: catenaries joined without finite elements (`statics.network`), weights, symmetry.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Hard demands on steps, starts and records.
+"""Demanding time steps, starts and records.
 
-Source: the same run in one piece, equilibria, what is on disk.
+Source: the same run in one piece, equilibria, files on disk.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""How several ranks end: one message, no process left, a readable record; and how they start on an empty cache.
+"""Termination of several ranks: one message, no process left, a readable record; and their start with an empty cache.
 
-Source: exit codes, messages and processes that are left.
+Source: exit codes, messages and remaining processes.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""The list of wrong changes can be applied; whether they are noticed is told by the command that applies them.
+"""Every wrong change in the list can be applied; whether tests detect it is reported by the command that applies it.
 
 Source: the files themselves.
 """

@@ -1,6 +1,6 @@
-"""Streams that are closed, a temporary folder that cannot be written, a locale without umlauts: one sentence each.
+"""Closed streams, an unwritable temporary folder, a locale without umlauts: one message each.
 
-Source: what a shell and its environment can be; each command in a process of its own.
+Source: shell and environment settings; each command in a process of its own.
 """
 
 import os

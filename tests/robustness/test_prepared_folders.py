@@ -1,6 +1,6 @@
-"""Links that a stranger has prepared among the results are never followed, and files of the user's stay as they are.
+"""Links planted among the results are never followed, and the user's files are not changed.
 
-Source: every name that a command writes, taken by a link or by a file of one's own beforehand.
+Source: every file name a command writes, occupied beforehand by a link or a user's file.
 """
 
 import os

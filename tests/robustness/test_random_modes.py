@@ -1,6 +1,6 @@
-"""Natural modes of random scenes: every pair is one of the dense problem, and none of those in its range is missing.
+"""Natural modes of random scenes: each is an eigenpair of the dense problem, and none in the range is missing.
 
-Source: dense QZ of the companion pencil (LAPACK), of the same matrices.
+Source: dense QZ (LAPACK) of the companion pencil, with the same matrices.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""Random networks in either spelling: each ends in balances that hold, or in one sentence.
+"""Random networks in either spelling end with satisfied balances, or with one message.
 
-At rest what holds every line, joint and buoy adds up with its weight, with what the bed carries and with as much drag
-as there can be; in motion every step is finite and complete, and in air momentum changes as the forces say.
+At rest the end forces on every line, joint and buoy balance its weight, the bed reaction and a bounded drag; in motion
+every step is finite and complete, and in air momentum changes according to the forces.
 
 Source: balances that hold for any network (network_judge.py).
 """

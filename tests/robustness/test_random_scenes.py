@@ -1,7 +1,7 @@
-"""Random scenes over the whole admissible input range: each ends right, or in one sentence.
+"""Random scenes over the whole admissible input range end correctly, or with one message.
 
-Right means: a finite record to the end, unit quaternions, elements as long as their tension says, and end forces that
-carry the weight.  The quick test draws all numbers but takes what decides the compiled forms from a list.
+Correctly means: a finite record to the end, unit quaternions, element lengths that match their tensions, and end forces
+that carry the weight.  The quick test draws all numbers, but takes options that change compiled forms from a list.
 
 Source: balances that hold for any scene (random_judge.py).
 """

@@ -1,6 +1,6 @@
-"""A scene from a stranger reads no file outside its folder, writes none, and sends nothing to a terminal but text.
+"""An untrusted scene reads and writes no file outside its folder, and sends nothing but text to a terminal.
 
-Source: folders with files that must stay unread, and what is said instead.
+Source: folders with files that must stay unread, and the messages instead.
 """
 
 import os

@@ -1,7 +1,7 @@
-"""A command that stands in a stranger's folder reads nothing there but what it was given, and runs none of its code.
+"""A command run in an untrusted folder reads only its inputs there, and executes no code from it.
 
-Source: files with which libraries are set up, as their documentation names them; every name below the folder that a
-process opens or asks about (support/looks.c, in front of the C library).
+Source: configuration files of libraries, as named in their documentation; every name below the folder that a process
+opens or queries (support/looks.c, in front of the C library).
 """
 
 import os

@@ -1,6 +1,6 @@
-"""Parts of outputs, companions and accuracies that are asked for, each alone, at and beside its limits.
+"""Parts of accuracy requests, each alone: outputs, companion runs and required accuracies, at and near their limits.
 
-Source: series made by hand, and the same numbers by hand; no run is made.
+Source: made-up series, and the same numbers by hand; nothing is run.
 """
 
 import math

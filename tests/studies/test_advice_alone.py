@@ -1,6 +1,6 @@
-"""Advice on settings without any run: how far pilots go, what they predict, what is taken next, and what is said.
+"""Advice on settings without any run: extent of pilots, predictions, the next choice, and messages.
 
-Source: runs whose errors and seconds are made up, and the same numbers by hand.
+Source: runs with made-up errors and times, and the same numbers by hand.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Parts of error bars, each alone, at and beside its limits.
+"""Parts of error bars, each alone, at and near their limits.
 
-Source: series made by hand, and the same numbers by hand; no run is made.
+Source: made-up series, and the same numbers by hand; nothing is run.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Error bars of extremes in a long sea, from coarser runs around them: when, in which water, and what they tell.
+"""Error bars of extremes in a long sea, from coarser runs around them: when, in which waves, and with what result.
 
-Source: made-up records; the sum of the sea's components; a companion whose difference is given; the run itself.
+Source: made-up records; the sum of the sea's components; a companion with a given difference; the run itself.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""One case of a sweep, the plan of all, and the runner of studies, each alone: what is kept, left, refused and written.
+"""A case of a sweep, the plan of all cases, and the study runner, each alone: results kept, skipped, refused, written.
 
-Source: runs, recorders and clocks that are made up, and the same numbers by hand.
+Source: made-up runs, recorders and clocks, and the same numbers by hand.
 """
 
 import json

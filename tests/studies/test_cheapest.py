@@ -1,6 +1,6 @@
-"""Cheapest settings for outputs: `advise --of` keeps what it says of maxima, in a few runs' worth of work.
+"""Cheapest settings for outputs: `advise --of` keeps its promise about maxima, at the cost of a few runs.
 
-Source: runs of another pair and scheme, many times finer; powers; shares that are given.
+Source: much finer runs with another element pair and scheme; powers; given shares.
 """
 
 import json

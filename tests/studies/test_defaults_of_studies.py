@@ -1,6 +1,6 @@
-"""Studies that are called from Python without options, and what their command lines are turned into.
+"""Studies called from Python without options, and the arguments made from their command lines.
 
-Source: the defaults that the commands have, by hand; nothing is computed.
+Source: the defaults of the commands, by hand; nothing is computed.
 """
 
 import inspect

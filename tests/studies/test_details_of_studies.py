@@ -1,6 +1,6 @@
-"""Details of studies, of cases and of what is said of them that few runs show: marks, ticks, words, zeros, folders.
+"""Details of studies, cases and messages that occur in few runs: marks, ticks, words, zeros, folders.
 
-Source: rows, records and streams that are made up, and the same numbers and words by hand.
+Source: made-up rows, records and streams, and the same numbers and words by hand.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Parts of the study of effects and of the comparison with MoorDyn, each alone.
+"""Parts of the study of effects and the comparison with MoorDyn, each alone.
 
-Source: costs, rows and records that are made up, and the same numbers by hand; no run is made.
+Source: made-up costs, rows and records, and the same numbers by hand; nothing is run.
 """
 
 from types import SimpleNamespace

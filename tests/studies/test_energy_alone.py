@@ -1,6 +1,6 @@
-"""Parts of the study of energy: its scenes, its balance, and what it frees.
+"""Parts of the energy study: its scenes, its balance, and the release of its problems.
 
-Source: powers that are made up, and the same sums by hand; no run is made.
+Source: made-up powers, and the same sums by hand; nothing is run.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Error bars: from a companion run, against converged values; what is not known is not said to be; accuracies reached.
+"""Error bars from a companion run against converged values; unknown errors are not given as known; accuracies reached.
 
-Source: parabolas; series whose error is given; converged values (an eighth of the step, a quarter of the elements).
+Source: parabolas; series with given errors; converged values (an eighth of the step, a quarter of the element size).
 """
 
 import copy

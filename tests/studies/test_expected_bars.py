@@ -1,6 +1,6 @@
-"""What `check` expects of a run's error bars, from the scene alone: within four times of what bars of runs are.
+"""Error bars predicted by `check` from the scene alone, within a factor of four of those of runs.
 
-Source: error bars of runs with BDF2 and P1-P0 at these steps a period, of their largest tensions and cone angle
+Source: error bars of runs with BDF2 and P1-P0 at these steps per period, for their largest tensions and cone angle
 (`run --accuracy 1%`, first rounds); the free motion by each scheme's recurrence.
 """
 

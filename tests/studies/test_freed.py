@@ -1,6 +1,6 @@
-"""Studies free what they solve, and what they read of it: ends, moments and frequencies of made-up problems.
+"""Studies release the problems they solve, and read the right results: ends, moments, frequencies of made-up problems.
 
-Source: elliptic integrals and frequencies of the studies themselves, put into the problems with errors by hand.
+Source: elliptic integrals and frequencies from the studies, inserted into the problems with errors by hand.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Parts of the study of hulls and of the runs in waves that check linear responses, each alone.
+"""Parts of the hull study and of the wave runs that check linear responses, each alone.
 
-Source: amplitudes, levers and records that are made up, and the same numbers by hand; no run is made.
+Source: made-up amplitudes, levers and records, and the same numbers by hand; nothing is run.
 """
 
 import cmath

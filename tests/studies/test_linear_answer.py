@@ -1,4 +1,4 @@
-"""The linear answer of `advise` and `study work-precision`: beside runs in low waves it is nearly right, and says so.
+"""The linear estimate in `advise` and `study work-precision` nearly agrees with runs in low waves, and reports this.
 
 Source: the program's own runs in time.
 """

@@ -1,6 +1,6 @@
-"""Pilots, orders, work and precision, and the report on accuracy, each part alone: plans, figures, words, thresholds.
+"""Parts of the accuracy reports, each alone: pilots, orders, work and precision, figures, wording, thresholds.
 
-Source: rows and runs that are made up, and the same numbers by hand.
+Source: made-up rows and runs, and the same numbers by hand.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Error measure, reference check and Pareto front of `study work-precision`; the promise of `advise`.
+"""Error measure, reference check and Pareto front of `study work-precision`; the accuracy promised by `advise`.
 
-Source: errors of functions that splines are exact for, powers, the record of the same run.
+Source: errors of functions that splines represent exactly, powers, the record of the same run.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""The study of Figs. 2 to 4: numbers of a separate code, orders, what it says, ranks, resumption.
+"""The study of Figs. 2 to 4: numbers of a separate code, orders, conclusions, ranks, resumption.
 
-Source: errors of a separate numpy code (tests/reference), theory of the elements.
+Source: errors of a separate numpy code (tests/reference), finite element theory.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""The study of effects: what is left out, what it changes and what it costs.
+"""The study of effects: omitted effects, the resulting changes, and the costs.
 
-Source: runs with the effect taken out by hand.
+Source: runs with the effect removed by hand.
 """
 
 import json

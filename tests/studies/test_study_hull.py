@@ -1,6 +1,6 @@
-"""Study hull: its numbers are those of the parts it is made of, runs in time agree with the response, what it refuses.
+"""The hull study: its numbers equal those of its parts, runs agree with the linear response, and refusals.
 
-Source: hydrostatics of a cylinder in closed form, runs in time of the same scene.
+Source: hydrostatics of a cylinder in closed form, time-domain runs of the same scene.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""Inf-sup constants against a separate code's, against numpy on other bases, and against what theory says.
+"""Inf-sup constants against a separate code, numpy with other bases, and theory.
 
-Source: a separate code (tests/reference), numpy on other bases, theory.
+Source: a separate code (tests/reference), numpy with other bases, theory.
 """
 
 import json

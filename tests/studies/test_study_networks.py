@@ -1,6 +1,6 @@
-"""Studies of networks: elements and steps of all lines, effects left out of all of them, sweeps over one of them.
+"""Studies of networks: elements and steps of all lines, effects omitted in all of them, sweeps over one of them.
 
-Source: an independent finer run; the scene with the key taken out by hand; single runs.
+Source: an independent finer run; the scene with the key removed by hand; single runs.
 """
 
 import numpy as np

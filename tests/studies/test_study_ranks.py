@@ -1,4 +1,4 @@
-"""Studies with two ranks: the same files as with one, times aside, and nothing is computed again afterwards.
+"""Studies on two ranks: the same files as on one, apart from times, and nothing is computed twice.
 
 Source: the same study on one rank.
 """

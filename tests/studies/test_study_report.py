@@ -1,4 +1,4 @@
-"""The report: what a family of cases needs for an accuracy, what is concluded, the damped pendulum, and a small run.
+"""The report: cost of an accuracy for a family of cases, conclusions, the damped pendulum, and a small run.
 
 Source: the damped pendulum in closed form, made-up tables.
 """

@@ -1,4 +1,4 @@
-"""The runner of studies and its commands: files, exit codes, and the hard cases as a table.
+"""The study runner and its commands: files, exit codes, and the table of hard cases.
 
 Source: made-up studies and cases, counted by hand.
 """

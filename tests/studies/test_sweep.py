@@ -1,4 +1,4 @@
-"""Sweeps: what is refused, what one file says of many runs, failing cases, resumption, and several ranks.
+"""Sweeps: refusals, one summary file of many runs, failing cases, resumption, and several ranks.
 
 Source: single runs, series with known statistics.
 """

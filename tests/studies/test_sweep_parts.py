@@ -1,4 +1,4 @@
-"""Sweeps in parts, as a cluster runs them: who computes what, kills and time limits, retries, and what is said of it.
+"""Sweeps in parts, as on a cluster: distribution of cases, kills and time limits, retries, and messages.
 
 Source: the same sweep in one piece, bit for bit; the lines of the store, counted.
 """

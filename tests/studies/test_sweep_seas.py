@@ -1,6 +1,6 @@
-"""Sweeps over sea states: seeds of each case, Latin hypercubes, scatter diagrams, statistics of a sweep, executors.
+"""Sweeps over sea states: seeds of each case, Latin hypercubes, scatter diagrams, statistics, executors.
 
-Source: the runs of the cases one by one; sums over sea states by hand; Gumbel's distribution in numpy.
+Source: the runs of the cases one by one; sums over sea states by hand; the Gumbel distribution in numpy.
 """
 
 import multiprocessing

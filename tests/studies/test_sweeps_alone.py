@@ -1,4 +1,4 @@
-"""What a sweep writes and says of its progress, of results that are made up.
+"""Files and progress messages of a sweep, from made-up results.
 
 Source: counts, means and dates by hand.
 """

@@ -1,6 +1,6 @@
-"""Tables and sentences of studies from rows made by hand, and what is drawn of them.
+"""Tables, sentences and figures of studies, from made-up rows.
 
-Source: the same numbers by hand; no run is made.
+Source: the same numbers by hand; nothing is run.
 """
 
 import pytest

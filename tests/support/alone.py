@@ -1,4 +1,4 @@
-"""What `dolfbuoy` has by these names, with records to read by hand: without a dimension of what there is one of."""
+"""Functions of `dolfbuoy` under the same names, whose records drop the dimensions of length one, for easy reading."""
 
 import functools
 

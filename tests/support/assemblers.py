@@ -1,4 +1,4 @@
-"""dolfinx's assemblers of the forms of a System, to check the loops in C by."""
+"""dolfinx's assemblers for the forms of a System, to check the C loops."""
 
 import numpy as np
 from dolfinx import cpp
@@ -8,7 +8,7 @@ from dolfbuoy.solver.system import System
 
 
 class Assemblers:
-    """dolfinx's assemblers of a System's forms, in its present state: into `b`, and into `A` with its pattern."""
+    """dolfinx's assemblers for a System's forms in its present state: into `b`, and into `A` with its pattern."""
 
     def __init__(self, system: System):
         self.b, self.A = np.zeros(system.size), system.A.duplicate()
@@ -24,7 +24,7 @@ class Assemblers:
             c.add_to_vector(self.b)
 
     def jacobians(self) -> None:
-        """Add all Jacobians; PETSc has to assemble A afterwards."""
+        """Add all Jacobians; the caller then assembles A in PETSc."""
         for c, block in self._jacobians:
             _add(c, block)
 

@@ -1,4 +1,4 @@
-"""Two small scenes, one a change of the other."""
+"""Two small scenes, one a variation of the other."""
 
 from dynamics_helpers import merged
 

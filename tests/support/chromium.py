@@ -1,4 +1,4 @@
-"""A page in Debian's chromium, without a window, over the two pipes of its DevTools protocol."""
+"""A page in Debian's headless chromium, controlled over the two pipes of its DevTools protocol."""
 
 import base64
 import json
@@ -20,7 +20,7 @@ OPTIONS = (
 
 
 class Browser:
-    """The process, and one page of it."""
+    """The browser process, with one page."""
 
     def __init__(self, folder, patience=60.0):
         self.patience, self.number, self.events = patience, 0, []
@@ -49,7 +49,7 @@ class Browser:
             self.ask(f"{domain}.enable")
 
     def ask(self, method, **parameters):
-        """The answer to a command; what happens meanwhile goes to `events`."""
+        """The answer to a command; events received meanwhile go to `events`."""
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters}
         message |= {"sessionId": self.session} if self.session else {}
@@ -87,24 +87,24 @@ class Browser:
         self.pause()
 
     def prefer(self, dark=False, media=""):
-        """Colours that the user prefers, and screen or print."""
+        """Set the preferred colour scheme, and screen or print."""
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.ask("Emulation.setEmulatedMedia", media=media, features=[scheme])
 
     def run(self, expression):
-        """Value of an expression in the page; raises for what it throws."""
+        """Value of an expression in the page; raises its exceptions."""
         found = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
 
     def run_in_frame(self, expression):
-        """`run` in the frame that is apart from the page and has a process of its own."""
+        """`run` in the isolated frame, which has a process of its own."""
         with self._of(lambda target: target["type"] == "iframe"):
             return self.run(expression)
 
     @contextmanager
     def opened(self, url):
-        """Be in the window that the page has opened, which is closed at the end."""
+        """Work in the window opened by the page, and close it at the end."""
         with self._of(lambda target: target["url"] == url) as target:
             yield
             self.ask("Page.close")
@@ -112,7 +112,7 @@ class Browser:
 
     @contextmanager
     def _of(self, is_wanted, seconds=20.0):
-        """Be in another target, as soon as there is one."""
+        """Work in another target, as soon as it exists."""
         page, self.session = self.session, None
         try:
             until = time.monotonic() + seconds
@@ -132,11 +132,11 @@ class Browser:
             time.sleep(0.03)
 
     def pause(self):
-        """Until what was asked for has been painted."""
+        """Wait until requested changes have been painted."""
         self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
 
     def press(self, key, text=""):
-        """A key, down and up."""
+        """Press and release a key."""
         code = {"key": key} | ({"text": text} if text else {})
         code["windowsVirtualKeyCode"] = {"ArrowLeft": 37, "ArrowRight": 39, "Home": 36, "End": 35, "Tab": 9}.get(key, 0)
         self.ask("Input.dispatchKeyEvent", type="keyDown", **code)
@@ -144,14 +144,14 @@ class Browser:
         self.pause()
 
     def errors(self):
-        """What the console complained of, and what was thrown."""
+        """Console errors and uncaught exceptions."""
         self.run("0")
         found = [e["params"] for e in self.events if e.get("method") in ("Runtime.exceptionThrown", "Log.entryAdded")]
         calls = [e["params"] for e in self.events if e.get("method") == "Runtime.consoleAPICalled"]
         return found + [c for c in calls if c["type"] in ("error", "warning", "assert")]
 
     def requests(self):
-        """Addresses that the page asked for, but for those that its policy stopped."""
+        """Addresses requested by the page, except those blocked by its policy."""
         named = {"Network.requestWillBeSent": [], "Network.loadingFailed": []}
         for event in self.events:
             named.get(event.get("method"), []).append(event.get("params"))
@@ -159,14 +159,14 @@ class Browser:
         return [e["request"]["url"] for e in named["Network.requestWillBeSent"] if e["requestId"] not in stopped]
 
     def choose(self, name, value):
-        """Set the element with this id to a value (JavaScript), as its user would."""
+        """Set the element with this id to a value (JavaScript), as a user would."""
         self.run(
             f"(() => {{ const e = document.getElementById('{name}'); e.value = {value}; "
             "e.dispatchEvent(new Event(e.type === 'range' ? 'input' : 'change')); })()"
         )
 
     def picture(self, path=None, whole=True):
-        """PNG of the page, all of it or what is seen."""
+        """PNG of the whole page or of the visible part."""
         found = self.ask("Page.captureScreenshot", captureBeyondViewport=whole, **self._clip(whole))
         image = base64.b64decode(found["data"])
         if path is not None:
@@ -180,7 +180,7 @@ class Browser:
         return {"clip": {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}}
 
     def paper(self, path=None):
-        """PDF of the page, as it is printed."""
+        """PDF of the page as printed."""
         found = self.ask(
             "Page.printToPDF", printBackground=True, preferCSSPageSize=True, paperWidth=8.27, paperHeight=11.69
         )
@@ -190,7 +190,7 @@ class Browser:
         return printed
 
     def close(self):
-        """End it, gently if it can be."""
+        """End the process, gracefully if possible."""
         os.close(self._write)
         try:
             self.process.wait(10)
@@ -202,7 +202,7 @@ class Browser:
 
 @contextmanager
 def browser(folder):
-    """A Browser whose files are in `folder`."""
+    """A Browser with its files in `folder`."""
     opened = Browser(folder)
     try:
         yield opened

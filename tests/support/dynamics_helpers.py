@@ -1,4 +1,4 @@
-"""What the dynamic tests share: scenes, and a cable and a sea of their own in plain numpy.
+"""Shared by the dynamic tests: scenes, and an independent cable and sea in plain numpy.
 
 The numpy code is written from the equations in the project's documentation, not from the package: it is dense, slow
 and short.
@@ -66,7 +66,7 @@ DRAGGED = {
 
 
 def simulate_evenly(scene):
-    """The record of a run whose every step has the size asked for: none failed, none was halved."""
+    """Record of a run in which no step failed or was halved."""
     run = simulate(scene)
     assert run.attrs["failed_steps"] == 0
     np.testing.assert_allclose(run.time_step[1:], scene["time"]["step"], rtol=1e-6)
@@ -75,7 +75,7 @@ def simulate_evenly(scene):
 
 @contextmanager
 def running(scene):
-    """A Simulation of a scene given as dict."""
+    """A Simulation of a scene given as a dict."""
     simulation = Simulation(load_scene(scene))
     try:
         yield simulation
@@ -84,13 +84,13 @@ def running(scene):
 
 
 def rates(errors, factor=2.0):
-    """Order of every consecutive pair of errors when the step is divided by `factor`."""
+    """Observed order of each consecutive pair of errors when the step is divided by `factor`."""
     errors = np.asarray(errors, dtype=float)
     return np.log(errors[:-1] / errors[1:]) / np.log(factor)
 
 
 def rotation_matrix(q4):
-    """Body to world, from the paper's formula with angle and axis."""
+    """Body to world, from the paper's formula in angle and axis."""
     q4 = np.asarray(q4) / np.linalg.norm(q4)
     sine = np.linalg.norm(q4[1:])
     if sine == 0:
@@ -125,7 +125,7 @@ def gauss(points):
 
 
 def string_matrices(degree, breaks, tension):
-    """(M, K) of y_tt - (tension(s) y')' per unit density, continuous elements of `degree`, no end condition yet."""
+    """(M, K) of y_tt - (tension(s) y')' per unit density, continuous elements of `degree`, no end conditions."""
     cells = len(breaks) - 1
     xi, weights = gauss(degree + 2)
     N, dN = lagrange(degree, xi)
@@ -158,7 +158,7 @@ class NumpyCable:
         self.fixed = np.asarray(fixed)
 
     def residual(self, r, T, a):
-        """Momentum at every node and the strain equation on every element."""
+        """Momentum at every node, and the strain equation on every element."""
         e = T / self.EA
         tau = np.diff(r, axis=0) / self.h[:, None]
         pull = (T / (1 + e))[:, None] * tau
@@ -188,7 +188,7 @@ class NumpyCable:
         return J
 
     def step(self, r0, r1, T, dt, ends=None):
-        """(r2, T2) after r0, r1 at equal steps; `ends` are the new positions of the fixed nodes."""
+        """(r2, T2) from r0, r1 at equal steps; `ends` are the new positions of the fixed nodes."""
         r, T, n = 2 * r1 - r0, T.copy(), 3 * self.n
         if ends is not None:
             r[self.fixed] = ends
@@ -249,12 +249,12 @@ class NumpySea:
         return self._amplitude(t) * np.cos(self._theta(x, t))
 
     def _stretched(self, x, eta):
-        """The points at the heights at which linear theory is read."""
+        """The points at the heights where linear theory is evaluated."""
         z = np.minimum(self.depth * (x[:, 2] - eta) / (self.depth + eta), 0.0)
         return np.column_stack([x[:, :2], z])
 
     def _linear(self, x, t):
-        """Velocity and acceleration of linear theory."""
+        """Velocity and acceleration in linear theory."""
         k, om, h, theta, up = self.k, self.omega, self.depth, self._theta(x, t), np.array([0.0, 0.0, 1.0])
         C, S = np.cosh(k * (x[:, 2] + h)) / np.sinh(k * h), np.sinh(k * (x[:, 2] + h)) / np.sinh(k * h)
         velocity = om * ((C * np.cos(theta))[:, None] * self.direction + (S * np.sin(theta))[:, None] * up)
@@ -262,14 +262,14 @@ class NumpySea:
         return self._amplitude(t) * velocity, self._amplitude(t) * acceleration
 
     def slope(self, x, t):
-        """Gradient of the elevation, by differences."""
+        """Gradient of the elevation, by finite differences."""
         if not self.wave:
             return np.zeros_like(x)
         rate = [(self._elevation(x + e, t) - self._elevation(x - e, t)) / 2e-4 for e in 1e-4 * np.eye(3)]
         return np.stack(rate, axis=1)
 
     def derivative(self, x, e, t):
-        """(e . grad) of the acceleration of linear theory, by differences; e: (n, 3)."""
+        """(e . grad) of the acceleration in linear theory, by finite differences; e: (n, 3)."""
         if not self.wave:
             return np.zeros_like(x)
         at = self._stretched(x, self._elevation(x, t))
@@ -277,12 +277,12 @@ class NumpySea:
 
 
 def along(x, t):
-    """Part of the rows of x along the unit rows of t."""
+    """Component of the rows of x along the unit rows of t."""
     return np.sum(x * t, axis=1, keepdims=True) * t
 
 
 def length(x):
-    """Lengths of the rows, as a column."""
+    """Norms of the rows, as a column."""
     return np.linalg.norm(x, axis=1, keepdims=True)
 
 
@@ -319,7 +319,7 @@ def cable_residual(scene, r, T, v, a, t):
 
 
 class Body:
-    """Mass [kg], height of C above the keel [m] and principal moments about C of the buoy of a scene."""
+    """Mass [kg], height of C above the keel [m] and principal moments about C of a scene's buoy."""
 
     def __init__(self, scene):
         b = scene["buoy"]
@@ -367,7 +367,7 @@ class Strips:
         return area[:, None], moment, lever, v_rel, a, a_w
 
     def loads(self):
-        """Force and torque about C of the water on the hull, with its end discs."""
+        """Hydrodynamic force and torque about C on the hull, with its end discs."""
         b, rho, d = self.b, self.sea.density, self.d
         area, moment, lever, v_rel, a, a_w = self.at(self.zeta)
         C_A = b.get("added_mass", 0.0)
@@ -391,7 +391,7 @@ class Strips:
         return self.sea.density * self.R**2 / 4 * self.weights @ (area * total)
 
     def ends(self):
-        """Force on the end discs, which go under over R/20 or R sin(tilt)."""
+        """Force on the end discs, which submerge gradually over R/20 or R sin(tilt)."""
         b, rho, d = self.b, self.sea.density, self.d
         zeta = np.array([0.0, self.height])
         _, _, lever, v_rel, a, a_w = self.at(zeta)
@@ -417,7 +417,7 @@ class Strips:
 
 
 def wind_force(scene, point, t):
-    """Eq. (2) at a point: the wind of the seventh-root profile over the wave."""
+    """Eq. (2) at a point: wind with the seventh-root profile above the wave."""
     w = scene["wind"]
     height = point[2] - NumpySea(scene).at(point[None, :], t)[0][0]
     speed = w["speed_10m"] * (max(height, 0.0) / 10) ** (1 / 7)

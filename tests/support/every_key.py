@@ -1,4 +1,4 @@
-"""Keys of the scene language whose effect on a number is shown: `@shows(...)` on the test that does."""
+"""Scene keys with a tested effect on a number: `@shows(...)` marks the test that shows it."""
 
 from collections.abc import Iterable
 
@@ -6,13 +6,13 @@ SHOWN: set[str] = set()
 
 
 def shows(*keys: str):
-    """Mark a test as the one that shows what keys do."""
+    """Mark a test as showing the effect of keys."""
     SHOWN.update(keys)
     return lambda test: test
 
 
 def changed(scene: dict, changes: dict) -> dict:
-    """A scene with keys by their dotted names set; None removes."""
+    """A scene with keys set by their dotted names; None removes a key."""
     from dolfbuoy.scene.reading import merged
 
     return merged(scene, **changes)

@@ -1,4 +1,4 @@
-"""UFL expressions of the coordinate of a line, evaluated in numbers."""
+"""Numerical evaluation of UFL expressions of a line's coordinate."""
 
 import numpy as np
 import ufl
@@ -25,5 +25,5 @@ def vector(x):
 
 
 def across(x, t):
-    """Part of x across a unit vector."""
+    """Component of x perpendicular to a unit vector."""
     return x - (x @ t) * t

@@ -1,4 +1,4 @@
-"""What can be read from a figure besides its curves."""
+"""Layout checks of figures, besides their curves."""
 
 import itertools
 import math
@@ -10,14 +10,14 @@ from matplotlib.transforms import Bbox
 
 
 def nothing_overlaps(figure) -> bool:
-    """Whether no two texts of a figure lie on each other and none is cut off; says which do."""
+    """True if no texts of a figure overlap and none is cut off; else the assertion shows them."""
     found = overlapping(figure)
     assert not found
     return True
 
 
 def overlapping(figure) -> list:
-    """Pairs of texts of a figure that lie on each other, and single ones that are cut off."""
+    """Pairs of overlapping texts in a figure, and single texts that are cut off."""
     drawn, draw = [], Text.draw
     figure.draw_without_rendering()  # lays it out
     with pytest.MonkeyPatch.context() as patch:
@@ -31,7 +31,7 @@ def overlapping(figure) -> list:
 
 
 def squares(text):
-    """A text, turned as it may be, as small squares along its middle; its last pixel at each side does not count."""
+    """A text, rotated or not, as small squares along its midline; the last pixel at each side is ignored."""
     angle, box = math.radians(text.get_rotation()), text.get_window_extent()
     middle = np.array([box.x0 + box.x1, box.y0 + box.y1]) / 2
     c, s = abs(math.cos(angle)), abs(math.sin(angle))

@@ -1,4 +1,4 @@
-"""Scenes that are drawn, and the made-up record of a buoy alone."""
+"""Scenes for figures, and the made-up record of a buoy without a line."""
 
 import math
 
@@ -62,7 +62,7 @@ NETWORK = {
 
 
 def write_free_buoy(folder, times):
-    """The record of a buoy without a cable that heaves and turns about y; made up, not computed."""
+    """The made-up record of a buoy without a cable that heaves and rotates about y."""
     scene = load_scene({key: MOORED[key] for key in ("sea", "buoy", "waves")} | {"time": {"end": 1.0, "step": 0.02}})
     folder.mkdir(exist_ok=True)
     scene.save(folder / "scene.toml")

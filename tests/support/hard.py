@@ -1,4 +1,4 @@
-"""What the hard cases share: base scenes, runs on one rank, refusals, and closed forms that owe the program nothing."""
+"""Shared by the hard cases: base scenes, runs on one rank, refusals, and closed forms independent of the program."""
 
 import math
 import tomllib
@@ -24,7 +24,7 @@ MOORED = SHORT | FLOATING
 
 
 class Findings:
-    """What a hard case measures, each number with its limit; what does not hold fails the test.
+    """Results of a hard case, each number with its limit; a violated limit fails the test.
 
     said: the sentences, which stand in the table that `dolfbuoy study hard-cases` makes.
     """
@@ -33,12 +33,12 @@ class Findings:
         self.said = [] if node is None else node.user_properties
 
     def below(self, what: str, value: float, limit: float, unit: str = "") -> None:
-        """A measured size that must not exceed `limit` (and must be a number)."""
+        """A measured number that must not exceed `limit` (nor be NaN)."""
         value = float(value)
         self._note(f"{what} {value:.3g}{unit} (at most {limit:.3g})", math.isfinite(value) and value <= limit)
 
     def close(self, what: str, value: float, expected: float, relative: float, unit: str = "") -> None:
-        """A measured value that must agree with an independent one to `relative`."""
+        """A measured value that must agree with an independent one to within `relative`."""
         value, expected = float(value), float(expected)
         off = abs(value - expected) / abs(expected)
         text = f"{what} {value:.6g}{unit}, expected {expected:.6g} (off by {off:.1e}, at most {relative:.1e})"
@@ -54,13 +54,13 @@ class Findings:
         self._note(f"not finite: {', '.join(bad)}" if bad else "all finite", not bad)
 
     def says(self, sentences: list[str] | str, words: str) -> None:
-        """One of the program's sentences must contain `words`; the sentence is quoted."""
+        """One of the program's messages must contain `words`; the message is quoted."""
         sentences = [sentences] if isinstance(sentences, str) else sentences
         match = next((s for s in sentences if words in s), None)
         self._note(f'"{match}"' if match else f"nothing said of '{words}' in {sentences}", match is not None)
 
     def remark(self, text: str) -> None:
-        """A number worth telling, without a verdict."""
+        """A number to report, without a limit."""
         self.said.append(("happened", text))
 
     def _note(self, text, good):
@@ -89,20 +89,20 @@ def whole(scene: dict, **kwargs):
 
 
 def sound_run(found, scene: dict, **kwargs):
-    """The record of a run that must be finite everywhere."""
+    """The record of a run, which must be finite everywhere."""
     record = run(scene, **kwargs)
     found.finite(record)
     return record
 
 
 def said(scene: dict, record=None) -> list[str]:
-    """Warnings of `check`, or with a record those after the run."""
+    """Warnings of `check`, or those after the run if a record is given."""
     scene = load_scene(scene)
     return check(scene).warnings if record is None else warnings(record, scene)
 
 
 def refusal(scene: dict, how=static) -> str:
-    """The sentence of the InputError that a scene must end with."""
+    """The message of the InputError that a scene must raise."""
     try:
         how(scene)
     except InputError as error:
@@ -111,7 +111,7 @@ def refusal(scene: dict, how=static) -> str:
 
 
 def ending(scene: dict, how=static):
-    """(record or None, sentence): a right end, or the words of the refusal or failure."""
+    """(record or None, message): a normal end, or the message of the refusal or failure."""
     try:
         return how(scene), ""
     except (InputError, SolveError) as error:
@@ -119,7 +119,7 @@ def ending(scene: dict, how=static):
 
 
 def turned(degrees: float, axis=(0.0, 1.0, 0.0)) -> list[float]:
-    """Quaternion of a turn about a unit axis."""
+    """Quaternion of a rotation about a unit axis."""
     half = math.radians(degrees) / 2
     return [math.cos(half), *(math.sin(half) * np.array(axis)).tolist()]
 
@@ -136,7 +136,7 @@ def shape_of_pulled(force_x: float, force_z: float, L: float, w: float, EA: floa
 
 
 def hanging(dx: float, dz: float, L: float = 1.0, w: float = 1.0) -> tuple[float, float]:
-    """(H, tension at the upper end) of an inextensible cable between points dx, dz apart: the textbook's catenary."""
+    """(H, tension at the upper end) of an inextensible cable between points dx, dz apart: the textbook catenary."""
     chord = np.sqrt(L**2 - dz**2) / dx
     u = brentq(lambda u: np.log(np.sinh(u) / u) - np.log(chord), 1e-9, 700.0, xtol=1e-14)
     H = w * dx / (2 * u)

@@ -1,4 +1,4 @@
-"""What C does with arrays in a time step, in NumPy: the oracle of core/step.c, and time schemes on single series."""
+"""Array operations of a time step in NumPy, the reference for core/step.c, and time schemes on single series."""
 
 from collections.abc import Callable
 from functools import partial
@@ -35,7 +35,7 @@ def work(name: str, context: object, operations: Operations) -> Callable:
 
 
 def make_histories(operations: Operations) -> None:
-    """Of every derivative gamma and history, a rule applied to what is a rule itself."""
+    """Apply a rule to each derivative's gamma and history."""
     below = None
     for k, series in enumerate(operations.series):
         gamma, history = rule(operations.scheme, operations.step, series)
@@ -51,7 +51,7 @@ def find_rates(operations: Operations) -> None:
 
 
 def advance(operations: Operations) -> None:
-    """What was new is past."""
+    """Make the new values the past."""
     for series in operations.series:
         _update(operations.scheme, operations.step, series)
     for series in operations.series:
@@ -81,7 +81,7 @@ def rule(scheme: Scheme, step: float, series: Series) -> tuple[float, np.ndarray
 
 
 def accept(scheme: Scheme, series: Series, new: np.ndarray, rate: np.ndarray) -> None:
-    """A step of a Series was taken."""
+    """Accept a step of a Series."""
     series.new, series.new_rate = new, rate
     _update(scheme, series.step, series)
     _pass(series, scheme.keep)

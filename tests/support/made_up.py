@@ -1,4 +1,4 @@
-"""A made-up record of which nothing equals anything else, and its scene."""
+"""A made-up record in which all numbers differ, and its scene."""
 
 import math
 
@@ -23,7 +23,7 @@ SCENE = load_scene(
 
 
 def extremes(cable_position, cable_tension):
-    """As if there had been more between the frames, and more of it within the ramp."""
+    """Running extremes, as if larger between the frames, and larger still within the ramp."""
     least, largest = cable_tension.min(axis=0), cable_tension.max(axis=0)
     values = {"cable_position_minimum": cable_position.min(axis=0), "cable_tension_minimum": least - 900}
     values |= {"cable_position_maximum": cable_position.max(axis=0) + 0.1, "cable_tension_maximum": largest + 800}
@@ -33,7 +33,7 @@ def extremes(cable_position, cable_tension):
 
 
 def made_up(end=40.0):
-    """A record of which nothing equals anything else; a whole number of rows per frame."""
+    """A record in which all numbers differ, with a whole number of rows per frame."""
     t = np.arange(0, end + 1e-9, 0.1)
     frame = t[::4]
     phase, nodes = 2 * math.pi * t / PERIOD, np.linspace(0, 22, 7)

@@ -15,7 +15,7 @@ needs_mpirun = pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun
 
 
 def environment(**more):
-    """Of a process that may start more ranks than there are cores, also as root."""
+    """Environment of a process that may start more ranks than there are cores, also as root."""
     # A pytest that has started MPI itself leaves its own to its workers, with which mpirun ends without a word.
     found = {key: value for key, value in os.environ.items() if not key.startswith(SINGLE)}
     found |= {"OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
@@ -32,7 +32,7 @@ def command(ranks, arguments):
 
 
 def start(ranks, arguments, folder, timeout=300, **more):
-    """A finished process of mpirun; more: variables of its environment."""
+    """A finished mpirun process; more: variables of its environment."""
     with tempfile.TemporaryDirectory(prefix="ompi-") as own:  # another mpirun that ends would take a common one along
         sessions = {"OMPI_MCA_orte_tmpdir_base": own, "PRTE_MCA_prte_tmpdir_base": own}
         options = {"cwd": folder, "env": environment(**sessions, **more), "timeout": timeout}
@@ -50,7 +50,7 @@ for name, scene in json.load(open(sys.argv[1])).items():
 
 
 def start_scenes(ranks, scenes, folder, script=SIMULATE, *arguments):
-    """A finished process of mpirun of a script that is given the path of scenes.json, a name to each scene."""
+    """A finished mpirun process of a script that is given the path of scenes.json, with named scenes."""
     (folder / "run.py").write_text(script)
     (folder / "scenes.json").write_text(json.dumps(scenes))
     return start(ranks, ["run.py", "scenes.json", *arguments], folder, timeout=600)

@@ -1,4 +1,4 @@
-"""What PETSc's Newton method calls, in Python: the oracle of core/newton.c, on one rank.
+"""Python versions of the callbacks of PETSc's Newton method, the reference for core/newton.c, on one rank.
 
 What both remember from call to call stands in `numbers` of a Newton.
 """
@@ -14,7 +14,7 @@ NORMS = PETSc.KSP.NormType.NONE, PETSc.KSP.NormType.UNPRECONDITIONED
 
 
 class InPython:
-    """A Newton from now on calls these functions.  calls: how often the stopping rule was asked."""
+    """Makes a Newton call these functions.  calls: number of evaluations of the stopping rule."""
 
     calls = 0
 

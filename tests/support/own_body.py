@@ -1,4 +1,4 @@
-"""The worked example of dolfbuoy/coupling/README.md, a body of one's own on three lines, with any way to step it."""
+"""The worked example of dolfbuoy/coupling/README.md, a user's body on three lines, with any stepping function."""
 
 import re
 from functools import cache
@@ -12,7 +12,7 @@ README = Path(dolfbuoy.__file__).parent / "coupling" / "README.md"
 
 
 def example():
-    """What the example defines, fresh."""
+    """The definitions of the example, fresh."""
     (text,) = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
     names = {}
     exec(compile(text, str(README), "exec"), names)
@@ -21,12 +21,12 @@ def example():
 
 @cache
 def built_in():
-    """Poses of the buoy that is built in."""
+    """Poses of the built-in buoy."""
     return example()["built_in"]()
 
 
 def furthest(own):
-    """Largest difference from the built-in buoy, of positions and of quaternions, over their range."""
+    """Largest difference from the built-in buoy, of positions and quaternions, relative to their range."""
     found = []
     for part in (slice(0, 3), slice(3, 7)):
         size = np.ptp(built_in()[:, part], axis=0).max()

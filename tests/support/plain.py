@@ -1,4 +1,4 @@
-"""The plain way to solve the same step: a matrix per pair of blocks, put together in Python, factorised by UMFPACK.
+"""The plain solution of a step: one matrix per pair of blocks, combined in Python, factorised by UMFPACK.
 
 Shares with the program the UFL residual of the scene and nothing of what makes it fast: contributions are assembled by
 dolfinx's own functions into separate vectors and matrices, every iteration has a new Jacobian, and the coefficients are
@@ -20,7 +20,7 @@ def _free_of_degree(form):
 
 
 class PlainNewton:
-    """`solve` for a Problem on one rank, to be put in the place of its System's."""
+    """`solve` for a Problem on one rank, in place of its System's."""
 
     def __init__(self, problem, estimated=False):
         self.system, self.buoy = problem.system, problem.buoy
@@ -65,7 +65,7 @@ class PlainNewton:
         return J
 
     def solve(self):
-        """Newton from the values in `u` until the increment is at the tolerance; returns the iterations."""
+        """Newton's method from the values in `u` until the increment meets the tolerance; returns the iterations."""
         system, free = self.system, self.system.order
         previous = None
         for iteration in range(1, 51):
@@ -99,7 +99,7 @@ class PlainNewton:
 
 
 def simulation(scene, estimated=False):
-    """A Simulation of a scene that solves the plain way."""
+    """A Simulation of a scene with the plain solver."""
     from mpi4py import MPI
 
     from dolfbuoy.motion.simulation import Simulation

@@ -1,4 +1,4 @@
-"""A scene as the dict of its file, in the other spelling of its tables."""
+"""A scene, as the dict of its file, in the other spelling of its tables."""
 
 import tomllib
 from pathlib import Path
@@ -11,13 +11,13 @@ TABLES = ("cable", "buoy")
 
 
 def spelled(name) -> dict:
-    """A shipped scene as its file spells it, with the folder of the files that it names."""
+    """A shipped scene as spelled in its file, with the folder of its data files."""
     folder = Path(dolfbuoy.scenes.__path__[0])
     return with_files(tomllib.loads((folder / f"{name}.toml").read_text()), folder)
 
 
 def respelled(scene: dict) -> dict:
-    """The scene with [[cable]] and [[buoy]] for [cable] and [buoy], and the other way where there is one of a kind."""
+    """The scene with [[cable]] and [[buoy]] for [cable] and [buoy], and vice versa if there is only one of each."""
     return scene | {key: _other(scene[key]) for key in TABLES if key in scene}
 
 

@@ -1,4 +1,4 @@
-"""A rod as a plane chain of rigid links with springs between them, by Lagrange's equations."""
+"""A rod as a plane chain of rigid links joined by springs, from Lagrange's equations."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

@@ -1,4 +1,4 @@
-"""Chains of rods that fall, what is seen of them, and the orders of the schemes that they are run with."""
+"""Falling chains of rods, their states, and the orders of the schemes used."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def two_rods(scheme, step):
 
 
 def state(simulation):
-    """(r, v, T) at the nodes and in the elements, in order from the anchor."""
+    """(r, v, T) at the nodes and in the elements, starting from the anchor."""
     cable, u = simulation.problem.lines, simulation.system.u
     nodes, cells = np.argsort(cable.node_s), np.argsort(cable.cell_ends[:, 0])
     velocity = simulation.past.series[0].rate

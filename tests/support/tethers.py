@@ -1,4 +1,4 @@
-"""A heavy tail under a rope that floats, and tethers of wave riders: segments of several kinds below a buoy."""
+"""A heavy tail below a buoyant rope, and tethers of wave riders: several kinds of segment below a buoy."""
 
 ROPE = {"line_density": 0.072, "diameter": 0.012, "axial_stiffness": 3.0e4}
 CHAIN = {"line_density": 5.0, "diameter": 0.03, "axial_stiffness": 1.0e7}
@@ -9,7 +9,7 @@ FLOAT, CLUMP = {"mass": 1.0, "volume": 0.006, "drag_area": 0.03}, {"mass": 6.0, 
 
 
 def tail(**more):
-    """5 m of 5 kg/m, then 115 m of a rope that floats, in 100 m of water that flows by at 1.5 m/s."""
+    """5 m of 5 kg/m, then 115 m of buoyant rope, in 100 m of water flowing at 1.5 m/s."""
     segments = [CHAIN | {"length": 5.0, "elements": 5}, ROPE | {"length": 115.0, "elements": 40}]
     cable = {"name": "line", "segments": segments, "slack": "tension-only", "normal_drag": 1.2}
     scene = {"sea": {"depth": 100.0}, "seabed": {}, "current": {"speed": 1.5, "profile": "power"}}

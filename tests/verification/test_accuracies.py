@@ -1,6 +1,6 @@
-"""Accuracies that were asked for are reached against truth, at most at 2.5 times the cost of the last run.
+"""Requested accuracies are reached against converged values, at no more than 2.5 times the cost of the last run.
 
-Source: rows that are made up; runs of another pair with a quarter of the step and twice the elements.
+Source: made-up rows; runs with another element pair, a quarter of the step and twice the elements.
 """
 
 import pytest

@@ -1,6 +1,6 @@
-"""Error bars of every kind of scene hold what they promise against truth, and a whip is never called resolved.
+"""Error bars hold against converged values for every kind of scene, and a whip is never reported as resolved.
 
-Source: rows that are made up; runs of another pair with a quarter of the step and twice the elements.
+Source: made-up rows; runs with another element pair, a quarter of the step and twice the elements.
 """
 
 import pytest

@@ -1,6 +1,6 @@
-"""Largest eigenvalues of a cable against exact formulas and a separate code, and the steps that follow from them.
+"""Largest eigenvalues of a cable against exact formulas and a separate code, and the resulting limits on steps.
 
-Source: exact eigenvalues of chains, a separate code's (tests/reference), stability by carrying out steps.
+Source: exact eigenvalues of chains, eigenvalues of a separate code (tests/reference), stability of computed steps.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Measured top tensions: how far computed ones are from them, and that MoorDyn is as far where it has the same forces.
+"""Measured top tensions: errors of computed ones, and equal errors of MoorDyn where it has the same forces.
 
 Source: Lindahl's chain, Lowe and Langley's jumper (tests/reference); MoorDyn from PyPI (the extra `test`).
 """

@@ -1,6 +1,6 @@
-"""Scales of the two regularisations: what varying them changes, and that nothing of it stays behind.
+"""Scales of the two regularisations: the effect of varying them, and their restoration afterwards.
 
-Source: the scales before, hydrostatics in closed form.
+Source: the original scales, hydrostatics in closed form.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""The study of Fig. 5: numbers of a separate code, continuation, what it says.
+"""The study of Fig. 5: numbers of a separate code, continuation, conclusions.
 
 Source: a separate numpy code (tests/reference), the folded catenary in closed form.
 """

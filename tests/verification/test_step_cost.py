@@ -1,6 +1,6 @@
-"""Study step-cost: its parts add up, its counts are those of the run, and what it refuses.
+"""Study step-cost: its parts add up, its counts equal those of the run, and refusals.
 
-Source: counts of the run itself.
+Source: counts from the run itself.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""What a touchdown needs, and what friction laws make of it.
+"""Resolution required at a touchdown, and the effect of friction laws.
 
-Source: the closed form at rest; friction that remembers, and friction that does not.
+Source: the closed form at rest; friction with and without memory.
 """
 
 import pytest

@@ -1,7 +1,7 @@
-"""The direction of a line where it leaves the sea bed: higher degrees pay with bending, and less without.
+"""Line direction at the touchdown: higher degrees pay with bending stiffness, and less without.
 
-Source: orders of approximation (mu of r' where it is smooth, at most 2 where the curvature jumps in an element); the
-closed form of the frictionless chain at rest.
+Source: orders of approximation (mu of r' where it is smooth, at most 2 where the curvature jumps within an element);
+the closed form of the frictionless chain at rest.
 """
 
 import pytest
