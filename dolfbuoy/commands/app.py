@@ -43,8 +43,7 @@ class _Group(Checked):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name not in self.commands:
-            named = re.compile(rf"^def {re.escape(cmd_name)}_?\(", re.MULTILINE)
-            self._import([name for name in _modules() if name == cmd_name or named.search(_source(name))])
+            self._import([cmd_name] if cmd_name in _modules() else _with_function(cmd_name))
         if cmd_name not in self.commands:  # misspelt
             self._import(_modules())
         return super().get_command(ctx, cmd_name)
@@ -95,9 +94,10 @@ def _modules() -> list[str]:
     return sorted(module.name for module in pkgutil.iter_modules(folders) if module.name not in STARTING)
 
 
-def _source(module: str) -> str:
-    file = Path(__file__).with_name(f"{module}.py")
-    return file.read_text("utf-8") if file.exists() else ""
+def _with_function(command: str) -> list[str]:
+    """Names of the modules that define a function of a command's name, found in their text."""
+    named, files = re.compile(rf"^def {re.escape(command)}_?\(", re.MULTILINE), Path(__file__).parent.glob("*.py")
+    return sorted({file.stem for file in files if named.search(file.read_text("utf-8"))} & {*_modules()})
 
 
 app = typer.Typer(
